@@ -1,0 +1,78 @@
+#include "core/film/film.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fstop {
+namespace {
+
+constexpr double kOneSided95 = 1.6448536269514722;  // quantile of the normal distribution
+
+double clipped(double value) { return std::clamp(value, 0.0, 1.0); }
+
+}  // namespace
+
+Film::Film(int width, int height)
+    : width_(width),
+      height_(height),
+      total_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+      pass_(total_.size()) {}
+
+NoiseEstimate Film::end_pass(int samples) {
+  double sum = 0.0;
+  double sum_of_squares = 0.0;
+  double energy = 0.0;
+  double energy_variance = 0.0;
+  const bool halves = samples_ == samples;
+  const double scale = 1.0 / samples;
+  for (std::size_t i = 0; i < total_.size(); ++i) {
+    double difference = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double a = total_[i].value[c] * scale;
+      const double b = pass_[i].value[c] * scale;
+      difference += std::pow(clipped(a) - clipped(b), 2) / 12.0;  // over 3 channels, times 1/4
+      energy += 0.5 * (a + b);
+      energy_variance += 0.25 * (a - b) * (a - b);
+      total_[i].value[c] += pass_[i].value[c];
+      total_[i].square[c] += pass_[i].square[c];
+    }
+    sum += difference;
+    sum_of_squares += difference * difference;
+  }
+  samples_ += samples;
+  if (!halves) return {};
+  const auto pixels = static_cast<double>(total_.size());
+  NoiseEstimate noise;
+  noise.mse = sum / pixels;
+  const double scatter = std::max(0.0, sum_of_squares / pixels - noise.mse * noise.mse);
+  noise.mse_upper_95 = noise.mse + kOneSided95 * std::sqrt(scatter / pixels);
+  noise.energy = energy > 0.0 ? std::sqrt(energy_variance) / energy : 0.0;
+  return noise;
+}
+
+Image Film::mean() const {
+  Image image(width_, height_, 3);
+  const double scale = samples_ > 0 ? 1.0 / samples_ : 0.0;
+  for (std::size_t i = 0; i < total_.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      image.pixels()[3 * i + c] = static_cast<float>(total_[i].value[c] * scale);
+    }
+  }
+  return image;
+}
+
+Image Film::variance() const {
+  Image image(width_, height_, 3);
+  if (samples_ < 2) return image;
+  const double n = samples_;
+  for (std::size_t i = 0; i < total_.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double mean = total_[i].value[c] / n;
+      const double scatter = std::max(0.0, total_[i].square[c] / n - mean * mean);
+      image.pixels()[3 * i + c] = static_cast<float>(scatter / (n - 1.0));
+    }
+  }
+  return image;
+}
+
+}  // namespace fstop

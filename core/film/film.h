@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/film/image.h"
+
+namespace fstop {
+
+/// Sums of one pixel's samples and of their squares, per channel.
+struct PixelSums {
+  std::array<double, 3> value = {};
+  std::array<double, 3> square = {};
+
+  void add(float r, float g, float b) noexcept {
+    const std::array<double, 3> sample = {r, g, b};
+    for (std::size_t c = 0; c < 3; ++c) {
+      value[c] += sample[c];
+      square[c] += sample[c] * sample[c];
+    }
+  }
+};
+
+/// How far the mean of a film's samples may be from their limit.
+struct NoiseEstimate {
+  double mse = 0.0;              // mean over pixels and channels, values clipped to [0,1]
+  double mse_upper_95 = 0.0;     // one-sided
+  double energy = 0.0;           // standard error of the total unclipped energy over the total
+};
+
+/// Samples on their way to pixels. They arrive in passes of equally many samples a pixel, each
+/// pass a part of every pixel's sequence; within a pass each pixel is written by one tile only.
+class Film {
+ public:
+  Film(int width, int height);
+
+  int width() const noexcept { return width_; }
+  int height() const noexcept { return height_; }
+  int samples() const noexcept { return samples_; }
+
+  /// Adds to the pass under way.
+  void add(int x, int y, const PixelSums& sums) noexcept { pass_[index(x, y)] = sums; }
+
+  /// Ends a pass of `samples` a pixel. The first pass only counts; each later one must have as
+  /// many samples as all before it, and the two halves tell the noise of their mean:
+  ///
+  ///     mse = mean((A - B)^2)/4
+  ///
+  /// unbiased for independent samples; halves of one scrambled net repel each other, so that it
+  /// overestimates there (by 1.1 to 2.8 in mse on two measured scenes). Blind to bias.
+  /// The bound adds 1.645 standard errors of that mean over pixels.
+  NoiseEstimate end_pass(int samples);
+
+  /// Mean of all samples, 3 channels.
+  Image mean() const;
+  /// Variance of that mean per pixel and channel, from the samples' own scatter: an upper bound
+  /// for stratified samples, exact for independent ones.
+  Image variance() const;
+
+ private:
+  std::size_t index(int x, int y) const noexcept {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(x);
+  }
+
+  int width_;
+  int height_;
+  int samples_ = 0;
+  std::vector<PixelSums> total_;
+  std::vector<PixelSums> pass_;
+};
+
+}  // namespace fstop

@@ -1,0 +1,96 @@
+#include "core/parallel.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_scheduler_observer.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "core/error.h"
+
+namespace fstop {
+namespace {
+
+// The processors this process may use: the affinity mask, cut by a cgroup v2 CPU quota.
+int available_processors() {
+  int count = std::max(1U, std::thread::hardware_concurrency());
+  std::ifstream file("/sys/fs/cgroup/cpu.max");
+  std::string quota;
+  double period = 0.0;
+  if (file >> quota >> period && quota != "max" && period > 0.0) {
+    count = std::min(count, std::max(1, static_cast<int>(std::ceil(std::stod(quota) / period))));
+  }
+  return count;
+}
+
+// Linux keeps a niceness per thread.
+class NicenessObserver : public tbb::task_scheduler_observer {
+ public:
+  NicenessObserver(tbb::task_arena& arena, int niceness)
+      : tbb::task_scheduler_observer(arena), niceness_(niceness) {
+    observe(true);
+  }
+  ~NicenessObserver() override { observe(false); }
+  void on_scheduler_entry(bool) override {
+    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+    setpriority(PRIO_PROCESS, thread, niceness_);
+  }
+
+ private:
+  int niceness_;
+};
+
+}  // namespace
+
+struct WorkerPool::Impl {
+  Impl(int threads, int niceness)
+      : limit(tbb::global_control::max_allowed_parallelism,
+              static_cast<std::size_t>(std::max(threads, available_processors()))),
+        arena(threads, 1) {  // one slot is the caller's own
+    arena.initialize();
+    if (niceness != 0) observer = std::make_unique<NicenessObserver>(arena, niceness);
+  }
+  tbb::global_control limit;  // more threads than processors are legal: tests ask for them
+  tbb::task_arena arena;
+  std::unique_ptr<NicenessObserver> observer;
+};
+
+WorkerPool::WorkerPool(int threads, int niceness)
+    : impl_(std::make_unique<Impl>(threads > 0 ? threads : available_processors(), niceness)) {}
+WorkerPool::~WorkerPool() = default;
+
+int WorkerPool::threads() const noexcept { return impl_->arena.max_concurrency(); }
+
+void WorkerPool::for_each(int count, const std::function<void(int)>& body) {
+  impl_->arena.execute([&] {
+    tbb::parallel_for(0, count, body, tbb::simple_partitioner());
+  });
+}
+
+void parallel_for(const RunControl& run, int count, const std::function<void(int)>& body) {
+  if (run.workers == nullptr) {
+    for (int i = 0; i < count; ++i) {
+      throw_if_stopped(run);
+      body(i);
+    }
+    return;
+  }
+  run.workers->for_each(count, [&](int i) {
+    if (!run.stop.stop_requested()) body(i);
+  });
+  throw_if_stopped(run);
+}
+
+void throw_if_stopped(const RunControl& run) {
+  if (run.stop.stop_requested()) throw Error(ErrorCode::cancelled, "stopped before it was done");
+}
+
+}  // namespace fstop

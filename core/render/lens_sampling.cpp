@@ -1,0 +1,28 @@
+#include "core/render/lens_sampling.h"
+
+#include "core/render/progressive.h"
+
+namespace fstop {
+
+Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (shot.effects.diffraction == EffectChoice::on) {
+    return {.refusal = "traces rays: diffraction is not modelled by any method of this version"};
+  }
+  if (shot.effects.defocus == EffectChoice::off) {
+    return {.refusal = "samples the pupil, and defocus is switched off"};
+  }
+  Quote quote;
+  quote.error.omitted = omitted_diffraction(shot, facts);
+  quote.error.rmse = omission_rmse(quote.error.omitted, facts.contrast);
+  // Pixels mix what lies within a blur disc: their spread is that of the whole picture.
+  quote.cost_rays = predicted_rays(facts, shot.quality.max_error, facts.contrast);
+  return quote;
+}
+
+RenderOutcome LensSampling::render(const Shot& shot, double bias, Film& film,
+                                   const RunControl& run) const {
+  const Camera camera = camera_of(shot.camera, shot.sensor);
+  return render_progressively(sample_source(shot, camera, true), shot.quality, bias, film, run);
+}
+
+}  // namespace fstop

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/render/method.h"
+
+namespace fstop {
+
+/// Distributed ray tracing over pixel, pupil, time and area lights (Cook 1984): unbiased in
+/// geometric optics; leaves out diffraction alone.
+class LensSampling : public RenderMethod {
+ public:
+  std::string_view name() const noexcept override { return "lens-sampling"; }
+  Quote quote(const Shot& shot, const ShotFacts& facts) const override;
+  RenderOutcome render(const Shot& shot, double bias, Film& film,
+                       const RunControl& run) const override;
+};
+
+}  // namespace fstop

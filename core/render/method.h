@@ -1,0 +1,83 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/camera/camera.h"
+#include "core/film/film.h"
+#include "core/parallel.h"
+#include "core/render/simulation.h"
+
+namespace fstop {
+
+/// A request made ready: what methods work on.
+struct Shot {
+  const RayScene* scene = nullptr;  // null only for planning
+  CameraSpec camera = {};
+  Sensor sensor = {};
+  QualitySpec quality = {};
+  EffectChoices effects = {};
+  std::uint32_t seed = 0;
+};
+
+/// What a cheap probe and closed forms say of a shot; what plans are made from.
+struct ShotFacts {
+  double pixel_count = 0.0;
+  double largest_blur_px = 0.0;  // diameter of the largest geometric blur disc that was found
+  double diffraction_q = 0.0;    // lambda N_w / pixel pitch
+  double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
+  bool moves = false;            // something moves while the shutter is open
+  bool mirrors = false;          // something reflects or transmits
+  bool area_lights = false;
+  bool mip_maps = false;
+  std::uint64_t probe_rays = 0;
+};
+
+/// An effect a method leaves out: `transfer_loss` is the largest error of the optical transfer
+/// function up to Nyquist, so that its RMSE is at most transfer_loss times the picture's contrast.
+struct OmittedEffect {
+  std::string effect = {};
+  double transfer_loss = 0.0;
+  std::string why = {};
+};
+
+struct ErrorBound {
+  double rmse = 0.0;                        // of the omissions, against the full model
+  std::vector<OmittedEffect> omitted = {};  // each with its share
+};
+
+struct Quote {
+  std::string refusal = {};  // why the shot lies outside the domain; empty inside
+  ErrorBound error = {};
+  double cost_rays = 0.0;  // in traced rays, constants fixed: a plan never depends on the host
+};
+
+/// What rendering took and how noisy the film is.
+struct RenderOutcome {
+  NoiseEstimate noise = {};
+  std::uint64_t rays = 0;
+  std::vector<std::string> warnings = {};
+};
+
+/// One way to turn a shot into an image.
+class RenderMethod {
+ public:
+  virtual ~RenderMethod() = default;
+  virtual std::string_view name() const noexcept = 0;
+  virtual Quote quote(const Shot& shot, const ShotFacts& facts) const = 0;
+  /// Fills `film` until its noise, joined with `bias` (RMSE of what is left out), keeps the
+  /// shot's quality. Same seed, same pixels, whatever the thread count. Throws: Error{cancelled}.
+  virtual RenderOutcome render(const Shot& shot, double bias, Film& film,
+                               const RunControl& run) const = 0;
+};
+
+/// All methods, cheapest kind first.
+std::span<const RenderMethod* const> render_methods();
+
+/// RMSE of `omitted` in a picture of the given contrast.
+double omission_rmse(std::span<const OmittedEffect> omitted, double contrast);
+
+}  // namespace fstop

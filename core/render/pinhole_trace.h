@@ -1,0 +1,16 @@
+#pragma once
+
+#include "core/render/method.h"
+
+namespace fstop {
+
+/// One bundle of rays through the centre of projection: leaves out defocus and diffraction.
+class PinholeTrace : public RenderMethod {
+ public:
+  std::string_view name() const noexcept override { return "pinhole"; }
+  Quote quote(const Shot& shot, const ShotFacts& facts) const override;
+  RenderOutcome render(const Shot& shot, double bias, Film& film,
+                       const RunControl& run) const override;
+};
+
+}  // namespace fstop

@@ -1,0 +1,148 @@
+#include "core/render/simulation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "core/render/layers.h"
+#include "core/render/lens_sampling.h"
+#include "core/render/pinhole_trace.h"
+#include "core/render/planner.h"
+#include "core/render/progressive.h"
+#include "core/render/shot_facts.h"
+#include "core/render/texture_detail.h"
+#include "core/shading/ray_tree.h"
+
+namespace fstop {
+namespace {
+
+constexpr std::array<std::pair<Output, std::string_view>, 6> kOutputNames = {
+    {{Output::color, "color"},
+     {Output::depth, "depth"},
+     {Output::coc, "coc"},
+     {Output::all_in_focus, "all_in_focus"},
+     {Output::variance, "variance"},
+     {Output::normal, "normal"}}};
+
+Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
+  return {.scene = scene,
+          .camera = spec.camera,
+          .sensor = sensor_of(spec.camera, spec.width, spec.height),
+          .quality = spec.quality,
+          .effects = spec.effects,
+          .seed = spec.seed};
+}
+
+// The picture that a perfect lens with everything in focus would give, from as many samples.
+Image all_in_focus(const Shot& shot, int samples, const RunControl& run) {
+  Shot sharp = shot;
+  sharp.quality.samples = samples;
+  Film film(shot.sensor.width, shot.sensor.height);
+  PinholeTrace().render(sharp, 0.0, film, run);
+  return film.mean();
+}
+
+std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot, const Film& film,
+                                  const RunControl& run) {
+  std::map<Output, Image> layers;
+  const auto wants = [&](Output output) { return std::ranges::count(spec.outputs, output) > 0; };
+  if (wants(Output::depth) || wants(Output::coc) || wants(Output::normal)) {
+    GeometryLayers geometry = geometry_layers(shot, run);
+    if (wants(Output::depth)) layers[Output::depth] = std::move(geometry.depth);
+    if (wants(Output::coc)) layers[Output::coc] = std::move(geometry.coc);
+    if (wants(Output::normal)) layers[Output::normal] = std::move(geometry.normal);
+  }
+  if (wants(Output::variance)) layers[Output::variance] = film.variance();
+  if (wants(Output::all_in_focus)) {
+    layers[Output::all_in_focus] = all_in_focus(shot, film.samples(), run);
+  }
+  return layers;
+}
+
+// The finished image's error: noise and what was left out add in squares, since noise is as
+// often too bright as too dark.
+ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
+  // Two-sided 95 % of a normal distribution.
+  return {.estimate = std::sqrt(outcome.noise.mse + bias * bias),
+          .upper_95 = std::sqrt(outcome.noise.mse_upper_95 + bias * bias),
+          .target = target,
+          .energy = outcome.noise.energy,
+          .energy_upper_95 = 1.959964 * outcome.noise.energy};
+}
+
+}  // namespace
+
+std::span<const RenderMethod* const> render_methods() {
+  static const PinholeTrace pinhole;
+  static const LensSampling lens_sampling;
+  static const std::array<const RenderMethod*, 2> methods = {&pinhole, &lens_sampling};
+  return methods;
+}
+
+Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
+  const Shot shot = shot_of(spec, &scene);
+  const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
+  const ShotFacts facts = facts_of(shot);
+  MethodPlan plan = planned_method(render_methods(), shot, facts);
+
+  Film film(spec.width, spec.height);
+  RenderOutcome outcome = plan.method->render(shot, plan.quote.error.rmse, film, run);
+
+  Photograph photograph;
+  photograph.color = film.mean();
+  photograph.layers = layers_of(spec, shot, film, run);
+
+  // The finished image knows its own contrast and detail better than the probe did.
+  RenderReport& report = photograph.report;
+  const double contrast = contrast_of(photograph.color);
+  report.model = model_of(shot, facts, plan, contrast);
+  double bias = omission_rmse(plan.quote.error.omitted, contrast);
+  if (facts.mirrors) bias += static_cast<double>(kSmallestBranch);
+  if (facts.mip_maps) {
+    const double detail =
+        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error));
+    report.model.push_back({.effect = "texture detail",
+                            .modelled = false,
+                            .bound = detail,
+                            .why = "each sample averages a fraction of a pixel of its mip map"});
+    bias += detail;
+  }
+  report.method = plan.method->name();
+  report.passed_over = std::move(plan.passed_over);
+  report.error = error_of(outcome, bias, spec.quality.max_error);
+  report.optics = optics;
+  report.cost = {.rays = outcome.rays + facts.probe_rays,
+                 .samples_mean = static_cast<double>(film.samples()),
+                 .samples_max = film.samples()};
+  report.warnings = std::move(plan.warnings);
+  std::ranges::move(outcome.warnings, std::back_inserter(report.warnings));
+  return photograph;
+}
+
+Plan plan_for(const SimulationSpec& spec, const RayScene* scene) {
+  const Shot shot = shot_of(spec, scene);
+  const ShotFacts facts = facts_of(shot);
+  MethodPlan plan = planned_method(render_methods(), shot, facts);
+  return {.method = std::string(plan.method->name()),
+          .model = model_of(shot, facts, plan, facts.contrast),
+          .passed_over = std::move(plan.passed_over),
+          .warnings = std::move(plan.warnings)};
+}
+
+std::string_view output_name(Output output) {
+  for (const auto& [value, name] : kOutputNames) {
+    if (value == output) return name;
+  }
+  return "color";
+}
+
+std::optional<Output> output_of(std::string_view name) {
+  for (const auto& [value, text] : kOutputNames) {
+    if (text == name) return value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace fstop

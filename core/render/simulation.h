@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/camera/camera_spec.h"
+#include "core/camera/optical_summary.h"
+#include "core/film/image.h"
+#include "core/parallel.h"
+#include "core/scene/ray_scene.h"
+
+namespace fstop {
+
+enum class EffectChoice { automatic, on, off };
+
+/// Which effects the full model has, and which must be modelled.
+struct EffectChoices {
+  EffectChoice defocus = EffectChoice::automatic;
+  EffectChoice diffraction = EffectChoice::automatic;
+  EffectChoice motion = EffectChoice::automatic;
+  EffectChoice falloff = EffectChoice::off;
+};
+
+enum class Output { color, depth, coc, all_in_focus, variance, normal };
+
+struct QualitySpec {
+  double max_error = 0.01;  // RMSE against the full model, linear, values clipped to [0,1]
+  std::optional<double> max_time_ms = {};
+  std::string method = "auto";
+  std::optional<int> samples = {};  // per pixel; overrides max_error
+};
+
+/// One photograph as it is asked for, the scene apart.
+struct SimulationSpec {
+  CameraSpec camera = {};
+  int width = 960;
+  int height = 640;
+  QualitySpec quality = {};
+  EffectChoices effects = {};
+  std::vector<Output> outputs = {Output::color};
+  std::uint32_t seed = 0;
+};
+
+/// An effect of the full model: in the image, or left out with what that changes at most.
+struct ModelledEffect {
+  std::string effect = {};
+  bool modelled = false;
+  double bound = 0.0;  // RMSE
+  std::string why = {};
+};
+struct PassedOverMethod {
+  std::string method = {};
+  std::string why = {};
+};
+struct ImageError {
+  double estimate = 0.0;  // RMSE
+  double upper_95 = 0.0;
+  double target = 0.0;
+  double energy = 0.0;  // relative error of the total unclipped energy
+  double energy_upper_95 = 0.0;
+};
+struct RenderCost {
+  std::uint64_t rays = 0;
+  double samples_mean = 0.0;
+  int samples_max = 0;
+};
+
+/// What was done, how wrong it is and why it was done so. Holds no time: equal requests give
+/// equal reports.
+struct RenderReport {
+  std::string method = {};
+  std::vector<ModelledEffect> model = {};
+  std::vector<PassedOverMethod> passed_over = {};
+  ImageError error = {};
+  OpticalSummary optics = {};
+  RenderCost cost = {};
+  std::vector<std::string> warnings = {};
+};
+
+/// The finished picture: colour (3 channels, linear) and the layers that were asked for:
+/// depth (1: metres along the axis, infinity for background), coc (1: signed px), all_in_focus
+/// (3), variance (3: of the mean), normal (3: world, unit, 0 for background).
+struct Photograph {
+  Image color = {};
+  std::map<Output, Image> layers = {};
+  RenderReport report = {};
+};
+
+/// The method, effects and errors a request would get, without rendering it.
+struct Plan {
+  std::string method = {};
+  std::vector<ModelledEffect> model = {};
+  std::vector<PassedOverMethod> passed_over = {};
+  std::vector<std::string> warnings = {};
+};
+
+/// The light path as one function: scene through camera onto film, with its error.
+/// Same spec, scene and build: same photograph, whatever the threads.
+/// Throws: Error{outside_domain} for a camera that cannot be, Error{no_valid_method} where no
+///         method models what must be modelled, Error{cancelled}, Error{over_budget}.
+Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run);
+
+/// Plan without a scene's facts (null) or with them.
+Plan plan_for(const SimulationSpec& spec, const RayScene* scene);
+
+/// "depth", "coc", ... as requests name them; the inverse is empty for other words.
+std::string_view output_name(Output output);
+std::optional<Output> output_of(std::string_view name);
+
+}  // namespace fstop

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "core/film/image.h"
+
+namespace fstop {
+
+/// Width in pixels that one sample's texture lookup averages over. The pixel's own average is
+/// made of many samples; the narrower each lookup, the smaller the extra blur, which falls with
+/// the width's square: a quarter of a pixel at max_error 0.01, less for smaller errors.
+double texture_lookup_width(double max_error);
+
+/// RMSE that averaging over `width` pixels in every lookup adds to `image`:
+///
+///     (sigma^2/2) rms(Laplacian),   sigma^2 = width^2/4
+///
+/// sigma^2 is the variance per axis of a mip level's box (1/12) and its bilinear tent (1/6).
+/// Noise in the image raises it: an upper estimate.
+double texture_detail_rmse(const Image& image, double width);
+
+}  // namespace fstop

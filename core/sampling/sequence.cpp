@@ -1,0 +1,123 @@
+#include "core/sampling/sequence.h"
+
+
+namespace fstop {
+namespace {
+
+struct Polynomial {
+  int degree = 0;
+  std::uint32_t coefficients = 0;
+  std::array<std::uint32_t, 4> initial = {};
+};
+
+// Primitive polynomials and initial direction numbers of dimensions 2 to 7 (dimension 1 is the
+// van der Corput sequence). Joe & Kuo, SIAM J. Sci. Comput. 30, 2635 (2008), file new-joe-kuo-6.
+constexpr std::array<Polynomial, kDimensions - 1> kPolynomials = {{{1, 0, {1}},
+                                                                   {2, 1, {1, 3}},
+                                                                   {3, 1, {1, 3, 1}},
+                                                                   {3, 2, {1, 1, 1}},
+                                                                   {4, 1, {1, 1, 3, 3}},
+                                                                   {4, 4, {1, 3, 5, 13}}}};
+
+using Directions = std::array<std::uint32_t, 32>;
+
+constexpr std::uint32_t reversed(std::uint32_t v) {
+  v = ((v >> 1) & 0x55555555U) | ((v & 0x55555555U) << 1);
+  v = ((v >> 2) & 0x33333333U) | ((v & 0x33333333U) << 2);
+  v = ((v >> 4) & 0x0f0f0f0fU) | ((v & 0x0f0f0f0fU) << 4);
+  v = ((v >> 8) & 0x00ff00ffU) | ((v & 0x00ff00ffU) << 8);
+  return (v >> 16) | (v << 16);
+}
+
+constexpr Directions directions_of(int dimension) {
+  Directions v = {};
+  if (dimension == 0) {
+    for (int i = 0; i < 32; ++i) v[static_cast<std::size_t>(i)] = 1U << (31 - i);
+    return v;
+  }
+  const Polynomial& p = kPolynomials[static_cast<std::size_t>(dimension - 1)];
+  for (int i = 0; i < 32; ++i) {
+    std::uint32_t direction = 0;
+    if (i < p.degree) {
+      direction = p.initial[static_cast<std::size_t>(i)] << (31 - i);
+    } else {
+      const std::uint32_t oldest = v[static_cast<std::size_t>(i - p.degree)];
+      direction = oldest ^ (oldest >> p.degree);
+      for (int k = 1; k < p.degree; ++k) {
+        const std::uint32_t bit = (p.coefficients >> (p.degree - 1 - k)) & 1U;
+        direction ^= bit * v[static_cast<std::size_t>(i - k)];
+      }
+    }
+    v[static_cast<std::size_t>(i)] = direction;
+  }
+  return v;
+}
+
+// Unscrambled Sobol coordinates with their bits reversed, as the scramble wants them, for each
+// byte of the index: the coordinate of an index is the XOR of its four bytes' entries.
+using ByteTable = std::array<std::array<std::uint32_t, 256>, 4>;
+
+constexpr ByteTable byte_table_of(int dimension) {
+  const Directions directions = directions_of(dimension);
+  ByteTable table = {};
+  for (std::size_t byte = 0; byte < 4; ++byte) {
+    for (std::size_t value = 0; value < 256; ++value) {
+      std::uint32_t point = 0;
+      for (std::size_t bit = 0; bit < 8; ++bit) {
+        if ((value >> bit) & 1U) point ^= directions[8 * byte + bit];
+      }
+      table[byte][value] = reversed(point);
+    }
+  }
+  return table;
+}
+
+constexpr std::array<ByteTable, kDimensions> kTables = {
+    byte_table_of(0), byte_table_of(1), byte_table_of(2), byte_table_of(3),
+    byte_table_of(4), byte_table_of(5), byte_table_of(6)};
+
+constexpr std::uint32_t mixed(std::uint32_t v) {
+  // Finaliser of MurmurHash3 (Appleby, public domain): every input bit reaches every output bit.
+  v ^= v >> 16;
+  v *= 0x85ebca6bU;
+  v ^= v >> 13;
+  v *= 0xc2b2ae35U;
+  v ^= v >> 16;
+  return v;
+}
+
+// Flips each bit by a hash of the bits below it: an Owen scramble of a bit-reversed fraction.
+constexpr std::uint32_t scrambled(std::uint32_t v, std::uint32_t key) {
+  v ^= v * 0x3d20adeaU;
+  v += key;
+  v *= (key >> 16) | 1U;
+  v ^= v * 0x05526c56U;
+  v ^= v * 0x53a22864U;
+  return v;
+}
+
+}  // namespace
+
+std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
+  return mixed(mixed(a ^ 0x9e3779b9U) + b * 0x85157af5U);
+}
+
+void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
+                          LaneValues& values) const noexcept {
+  const auto d = static_cast<std::size_t>(dimension);
+  const ByteTable& table = kTables[d];
+  const std::uint32_t stream = hash_of(seed_, static_cast<std::uint32_t>(d));
+  alignas(64) std::array<std::uint32_t, kLanes> bits;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::uint32_t index = keys.index[i];
+    bits[i] = table[0][index & 255U] ^ table[1][(index >> 8) & 255U] ^
+              table[2][(index >> 16) & 255U] ^ table[3][index >> 24];
+  }
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::uint32_t key = mixed(stream + keys.pixel[i] * 0x85157af5U);
+    bits[i] = reversed(scrambled(bits[i], key));
+  }
+  for (std::size_t i = 0; i < kLanes; ++i) values[i] = static_cast<double>(bits[i]) * 0x1p-32;
+}
+
+}  // namespace fstop

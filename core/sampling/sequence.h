@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace fstop {
+
+/// Samples travel in packets of this many lanes, one per Embree ray of a packet.
+inline constexpr int kLanes = 16;
+
+/// What a dimension of the sampling space decides. Lens and pixel take the first four
+/// dimensions of the Sobol sequence, whose projections are the best stratified.
+enum class Dimension { lens_u, lens_v, pixel_x, pixel_y, light_u, light_v, time };
+inline constexpr int kDimensions = 7;
+
+/// Which sample each lane is: index `index[i]` of pixel number `pixel[i]`.
+struct SampleKeys {
+  alignas(64) std::array<std::uint32_t, kLanes> pixel = {};
+  alignas(64) std::array<std::uint32_t, kLanes> index = {};
+};
+
+/// One coordinate of every lane, in [0, 1).
+using LaneValues = std::array<double, kLanes>;
+
+/// Points of the Sobol sequence, nested-uniformly scrambled (Owen) by a hash of
+/// (seed, pixel, dimension): a sample is a pure function of its key, so an image never depends
+/// on the order or the threads it was computed in. Any 2^k consecutive aligned indices of a
+/// pixel are a digital net of their own.
+/// Source: Sobol 1967 with the direction numbers of Joe & Kuo 2008; Owen 1995; the hashed
+///         scramble of Laine & Karras 2011 as improved by Burley 2020, constants by Vegdahl 2021.
+class SampleSequence {
+ public:
+  explicit SampleSequence(std::uint32_t seed) noexcept : seed_(seed) {}
+
+  /// Fills `values` with coordinate `dimension` of the samples `keys`.
+  void fill(const SampleKeys& keys, Dimension dimension, LaneValues& values) const noexcept;
+
+ private:
+  std::uint32_t seed_;
+};
+
+/// A 32-bit word that looks random and depends on every bit of both arguments.
+std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept;
+
+}  // namespace fstop

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "core/scene/ray_packet.h"
+#include "core/scene/scene.h"
+#include "core/scene/texture.h"
+
+namespace fstop {
+
+/// A point of a surface as a ray sees it.
+struct Surface {
+  Vec3f position = {};
+  Vec3f geometric_normal = {};  // unit, on the ray's side
+  Vec3f shading_normal = {};    // unit, turned with the geometric one
+  float u = 0.0F;
+  float v = 0.0F;
+  float uv_per_metre = 0.0F;  // how fast uv runs here: square root of the ratio of areas
+  float error = 0.0F;         // metres: new rays start this far off the surface
+  std::uint32_t object = kNoHit;
+  std::uint32_t primitive = 0;
+  float b1 = 0.0F;  // barycentric weights of a triangle's second and third corner
+  float b2 = 0.0F;
+  bool from_outside = true;  // the winding's normal pointed towards the ray's origin
+};
+
+/// A triangle's corner, for interpolations done at corners.
+struct Corner {
+  Vec3f position = {};
+  Vec3f normal = {};  // unit, turned to the ray's side
+};
+
+enum class Coherence { coherent, incoherent };
+
+/// A scene ready to be traced by Embree. Immutable, shared between threads.
+class RayScene {
+ public:
+  /// `scene` has its assets loaded (load_assets).
+  /// Throws: Error{bad_geometry} for what cannot be built (no triangle, bad index, non-finite or
+  ///         too large coordinates), Error{unsupported} for texture filters of later versions,
+  ///         Error{over_budget} when Embree runs out of memory.
+  explicit RayScene(Scene scene);
+  ~RayScene();
+  RayScene(const RayScene&) = delete;
+  RayScene& operator=(const RayScene&) = delete;
+
+  const Scene& scene() const noexcept { return scene_; }
+  const Texture& texture(int index) const noexcept {
+    return textures_[static_cast<std::size_t>(index)];
+  }
+  bool moves() const noexcept { return moves_; }
+  /// Something lets light through straight on, so that shadow rays need transmittance().
+  bool has_thin_sheets() const noexcept { return has_thin_sheets_; }
+
+  /// Finds the first hit of every valid lane, at time `packet.time` (seconds after the shutter
+  /// opens, 0 to kLongestShutter).
+  void intersect(RayPacket& packet, const LaneMask& valid, Coherence coherence) const noexcept;
+  /// Sets `far` of every valid lane to -infinity where anything lies between near and far.
+  void occlude(RayPacket& packet, const LaneMask& valid, Coherence coherence) const noexcept;
+  /// Same as intersect for lane 0 alone.
+  void intersect_one(RayPacket& packet) const noexcept;
+
+  /// The share of light that passes from `origin` along `direction` over `distance`: the product
+  /// of thin sheets' transmissions, 0 behind anything else.
+  float transmittance(Vec3f origin, Vec3f direction, float distance, float time) const noexcept;
+
+  /// The surface that lane `lane` has hit.
+  Surface surface(const RayPacket& packet, int lane) const noexcept;
+  /// The corners of the triangle that was hit; of a sphere or quad, three times the hit point.
+  std::array<Corner, 3> corners(const Surface& surface) const noexcept;
+  const Material& material(const Surface& surface) const noexcept;
+  Interpolation interpolation(const Surface& surface) const noexcept;
+
+  /// Bytes held by Embree and by textures.
+  std::size_t memory_bytes() const noexcept;
+
+ private:
+  struct Acceleration;
+  void add_object(const Object& object);
+
+  Scene scene_;
+  std::vector<Texture> textures_;
+  std::vector<std::vector<float>> uv_per_metre_;  // by object, by triangle
+  std::unique_ptr<Acceleration> acceleration_;
+  bool moves_ = false;
+  bool has_thin_sheets_ = false;
+};
+
+/// Objects move linearly over at most this many seconds.
+inline constexpr double kLongestShutter = 64.0;
+
+}  // namespace fstop

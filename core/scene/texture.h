@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/scene/scene.h"
+
+namespace fstop {
+
+/// An image ready for lookup: linear RGB with its mip pyramid, four floats a texel.
+/// uv (0,0) is the lower left corner; texel centres lie at half-integers.
+class Texture {
+ public:
+  /// Throws: Error{unsupported} for the filters summed-area and stochastic,
+  ///         Error{bad_image} for an empty image.
+  explicit Texture(const TextureSource& source);
+
+  /// Colour at (u, v), averaged over a square of about `footprint` texels of the full image
+  /// (trilinear over the pyramid) where the filter is `mipmap`; `bilinear` and `nearest` read
+  /// the full image whatever the footprint, `brute-force` is `bilinear`, averaged by the many
+  /// samples of a pixel.
+  Rgb sample(float u, float v, float footprint) const noexcept;
+
+  /// Square root of the number of texels: what a unit square of uv spans on average.
+  float texels_per_uv() const noexcept { return texels_per_uv_; }
+
+  std::size_t memory_bytes() const noexcept { return texels_.size() * sizeof(Texel); }
+
+ private:
+  struct Level {
+    int width = 0;
+    int height = 0;
+    std::size_t first = 0;  // index of its first texel
+  };
+  using Texel = std::array<float, 4>;
+
+  Texel bilinear(const Level& level, float u, float v) const noexcept;
+  Texel nearest(float u, float v) const noexcept;
+  void add_level(const Level& finer);
+  int wrapped(int i, int size) const noexcept;
+
+  TextureFilter filter_;
+  TextureWrap wrap_;
+  std::vector<Level> levels_;
+  std::vector<Texel> texels_;
+  float texels_per_uv_ = 1.0F;
+};
+
+}  // namespace fstop

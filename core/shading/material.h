@@ -1,0 +1,31 @@
+#pragma once
+
+#include "core/scene/ray_scene.h"
+
+namespace fstop {
+
+constexpr Rgb operator+(const Rgb& a, const Rgb& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+constexpr Rgb operator*(const Rgb& a, const Rgb& b) {
+  return {a[0] * b[0], a[1] * b[1], a[2] * b[2]};
+}
+constexpr Rgb operator*(const Rgb& a, float s) { return {a[0] * s, a[1] * s, a[2] * s}; }
+
+/// `source` at a surface point; `footprint` is the width in metres that a lookup averages over.
+Rgb color_at(const RayScene& scene, const ColorSource& source, const Surface& surface,
+             float footprint) noexcept;
+
+/// The two factors of a light's geometry: max(N.L, 0), and (R.V)^n for phong or (N.H)^n for
+/// blinn-phong. Both are 0 where N.L <= 0.
+struct ReflectionTerms {
+  float diffuse = 0.0F;
+  float specular = 0.0F;
+};
+
+/// All vectors of unit length, away from the surface. R is L mirrored at N, H halves L and V.
+/// Source: Phong 1975; Blinn 1977.
+ReflectionTerms reflection_terms(const Material& material, Vec3f normal, Vec3f to_light,
+                                 Vec3f to_viewer) noexcept;
+
+}  // namespace fstop

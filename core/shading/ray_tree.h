@@ -1,0 +1,29 @@
+#pragma once
+
+#include "core/shading/illumination.h"
+
+namespace fstop {
+
+/// Branches lighter than this are not followed: what they would add is less than a quarter of a
+/// step of an 8-bit image for radiance up to 1.
+inline constexpr float kSmallestBranch = 0.001F;
+inline constexpr int kDeepestBranch = 12;
+
+/// Radiance along every valid lane of a traced packet: local light plus mirrored, refracted and
+/// straight-through light, recursively (Whitted 1980), without Fresnel:
+///
+///     with ior:  local + reflection I_reflected + transmission I_refracted
+///     without:   (1 - transmission) (local + reflection I_reflected) + transmission I_behind
+///
+/// Where Snell's law has no solution the transmitted share takes the mirror direction.
+void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
+           LaneColors& colors, std::uint64_t& rays) noexcept;
+
+/// Direction of a unit ray `incident` behind a surface of unit `normal` on the ray's side, with
+/// `eta` the index on this side over the one beyond; false where reflection is total.
+bool refracted(Vec3f incident, Vec3f normal, float eta, Vec3f& direction) noexcept;
+
+/// `incident` mirrored at a surface of unit `normal`.
+Vec3f mirrored(Vec3f incident, Vec3f normal) noexcept;
+
+}  // namespace fstop
