@@ -47,11 +47,11 @@ using Vergence = Quantity<-1>;  ///< 1/metres, the dioptre
 
 namespace detail {
 template <int Exponent>
-constexpr auto quantity(double si_value) {
+constexpr auto quantity(double value) {
   if constexpr (Exponent == 0) {
-    return si_value;
+    return value;
   } else {
-    return Quantity<Exponent>::si(si_value);
+    return Quantity<Exponent>::si(value);
   }
 }
 }  // namespace detail

@@ -36,6 +36,7 @@ NoiseEstimate Film::end_pass(int samples) {
       total_[i].value[c] += pass_[i].value[c];
       total_[i].square[c] += pass_[i].square[c];
     }
+    pass_[i] = {};
     sum += difference;
     sum_of_squares += difference * difference;
   }

@@ -40,7 +40,13 @@ class Film {
   int samples() const noexcept { return samples_; }
 
   /// Adds to the pass under way.
-  void add(int x, int y, const PixelSums& sums) noexcept { pass_[index(x, y)] = sums; }
+  void add(int x, int y, const PixelSums& sums) noexcept {
+    PixelSums& pixel = pass_[index(x, y)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      pixel.value[c] += sums.value[c];
+      pixel.square[c] += sums.square[c];
+    }
+  }
 
   /// Ends a pass of `samples` a pixel. The first pass only counts; each later one must have as
   /// many samples as all before it, and the two halves tell the noise of their mean:

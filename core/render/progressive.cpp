@@ -72,8 +72,9 @@ RenderOutcome render_progressively(const SampleSource& source, const QualitySpec
     const double noise = std::sqrt(outcome.noise.mse_upper_95);
     const double error = bias < quality.max_error ? std::hypot(noise, bias) : noise;
     if (error <= quality.max_error) break;
-    if (count >= kMostSamples) {
-      outcome.warnings.push_back("the noise was still above the target at the largest sample count");
+    const std::int64_t pixels = std::int64_t{film.width()} * film.height();
+    if (count >= kMostSamples || 2 * std::int64_t{count} * pixels > quality.most_samples) {
+      outcome.warnings.push_back("the noise was still above the target at the most samples allowed");
       break;
     }
     // The next pass takes as long as all before it.

@@ -12,6 +12,9 @@ namespace fstop {
 namespace {
 
 constexpr int kTile = 16;  // pixels; a row of a tile is a whole number of packets
+// Samples of a pixel traced in one visit of its tile: a visit takes milliseconds, so that
+// progress flows and threads end together.
+constexpr std::uint32_t kVisit = 256;
 
 // Coordinates of a packet's samples.
 struct LanePoints {
@@ -108,21 +111,20 @@ class TileTracer {
     for (int y = tile_y * kTile; y < bottom; ++y) {
       for (int x = tile_x * kTile; x < right; x += step) {
         if (run.stop.stop_requested()) return rays;
-        rays += trace_pixels(x, y, std::min(step, right - x), run);
+        rays += trace_pixels(x, y, std::min(step, right - x));
       }
     }
     return rays;
   }
 
  private:
-  std::uint64_t trace_pixels(int x, int y, int pixels, const RunControl& run) {
+  std::uint64_t trace_pixels(int x, int y, int pixels) {
     std::array<PixelSums, kLanes> sums = {};
     SampleKeys keys;
     alignas(64) LaneMask valid = {};
     std::uint64_t rays = 0;
     const auto row = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(film_.width());
     for (std::uint32_t begin = 0; begin < count_; begin += layout_.per_pixel) {
-      if (begin % 4096 == 0 && run.stop.stop_requested()) break;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         const std::uint32_t neighbour = lane / layout_.per_pixel;
         const bool inside = neighbour < static_cast<std::uint32_t>(pixels);
@@ -155,7 +157,7 @@ class Progress {
       : run_(run), total_(total), begin_(begin), end_(end) {}
   void step() {
     const int done = 1 + done_.fetch_add(1);
-    if (!run_.progress || done % 16 != 0) return;
+    if (!run_.progress) return;
     const double fraction = begin_ + (end_ - begin_) * done / total_;
     const std::scoped_lock lock(mutex_);
     if (fraction <= reported_) return;
@@ -186,12 +188,16 @@ std::uint64_t trace_pass(const SampleSource& source, std::uint32_t first, std::u
                          Film& film, const RunControl& run, double begin, double end) {
   const int columns = (film.width() + kTile - 1) / kTile;
   const int rows = (film.height() + kTile - 1) / kTile;
+  const std::uint32_t visit = std::min(count, kVisit);
   std::atomic<std::uint64_t> rays = 0;
-  Progress progress(run, columns * rows, begin, end);
-  parallel_for(run, columns * rows, [&](int tile) {
-    rays += TileTracer(source, first, count, film).trace(tile % columns, tile / columns, run);
-    progress.step();
-  });
+  Progress progress(run, columns * rows * static_cast<int>(count / visit), begin, end);
+  for (std::uint32_t done = 0; done < count; done += visit) {
+    parallel_for(run, columns * rows, [&](int tile) {
+      TileTracer tracer(source, first + done, visit, film);
+      rays += tracer.trace(tile % columns, tile / columns, run);
+      progress.step();
+    });
+  }
   throw_if_stopped(run);
   return rays;
 }

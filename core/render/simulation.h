@@ -32,6 +32,7 @@ struct QualitySpec {
   std::optional<double> max_time_ms = {};
   std::string method = "auto";
   std::optional<int> samples = {};  // per pixel; overrides max_error
+  std::int64_t most_samples = 2'000'000'000;  // over all pixels; max_error stops there, warned
 };
 
 /// One photograph as it is asked for, the scene apart.

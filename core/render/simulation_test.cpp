@@ -1,0 +1,325 @@
+#include "core/render/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "core/error.h"
+
+namespace fstop {
+namespace {
+
+// A wall with a hard pattern, a mirror ball, a glass sheet, an area light: every kind of sample.
+Scene busy_scene() {
+  Scene scene;
+  TextureSource checker{.name = "checker", .image = Image(64, 64, 3)};
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      for (int c = 0; c < 3; ++c) checker.image.at(x, y)[c] = ((x / 4 + y / 4) & 1) ? 0.9F : 0.1F;
+    }
+  }
+  scene.textures = {checker};
+  scene.materials = {
+      Material{.model = ShadingModel::phong,
+               .ambient = {.value = {1, 1, 1}},
+               .diffuse = {.value = {0.8F, 0.8F, 0.8F}, .texture = 0}},
+      Material{.model = ShadingModel::phong,
+               .diffuse = {.value = {0.2F, 0.1F, 0.1F}},
+               .specular = {.value = {0.5F, 0.5F, 0.5F}},
+               .shininess = 40,
+               .reflection = 0.5},
+      Material{.emission = {.value = {0.0F, 0.2F, 0.1F}}, .transmission = 0.6}};
+  scene.objects = {
+      {.shape = QuadObject{.corner = {-3, -2, -5}, .edge_u = {6, 0, 0}, .edge_v = {0, 4, 0}}},
+      {.shape = SphereObject{.center = {0.1, 0, -2}, .radius = 0.2}, .material = 1},
+      {.shape = QuadObject{.corner = {-0.5, -0.3, -1}, .edge_u = {0.4, 0, 0}, .edge_v = {0, 0.6, 0}},
+       .material = 2}};
+  scene.lights = {{.kind = AreaLight{.corner = {-1, 3, 0}, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 1}},
+                   .intensity = {0.9F, 0.9F, 0.9F}}};
+  scene.ambient_light = {0.1F, 0.1F, 0.1F};
+  scene.background = {0.3F, 0.4F, 0.6F};
+  return scene;
+}
+
+SimulationSpec small_shot(double f_number = 1.4) {
+  SimulationSpec spec;
+  spec.camera.optics = LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number},
+                                .focus_distance = 2.0_m};
+  spec.width = 96;
+  spec.height = 64;
+  return spec;
+}
+
+Photograph photograph(const SimulationSpec& spec, const RayScene& scene, int threads = 2) {
+  WorkerPool workers(threads);
+  RunControl run;
+  run.workers = &workers;
+  return simulate(spec, scene, run);
+}
+
+// Root mean square difference of two images, values clipped to [0,1].
+double rmse(const Image& a, const Image& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.pixels().size(); ++i) {
+    const double x = std::clamp(a.pixels()[i], 0.0F, 1.0F);
+    const double y = std::clamp(b.pixels()[i], 0.0F, 1.0F);
+    sum += (x - y) * (x - y);
+  }
+  return std::sqrt(sum / static_cast<double>(a.pixels().size()));
+}
+
+TEST(Simulation, SamePixelsForAnyNumberOfThreads) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  spec.outputs = {Output::color, Output::depth, Output::coc, Output::all_in_focus,
+                  Output::variance, Output::normal};
+  const Photograph one = photograph(spec, scene, 1);
+  for (const int threads : {2, 4}) {
+    const Photograph many = photograph(spec, scene, threads);
+    EXPECT_TRUE(one.color == many.color) << threads << " threads";
+    EXPECT_TRUE(one.layers == many.layers) << threads << " threads";
+    EXPECT_EQ(one.report.error.estimate, many.report.error.estimate);
+    EXPECT_EQ(one.report.cost.rays, many.report.cost.rays);
+  }
+}
+
+TEST(Simulation, AnotherSeedIsAnotherImageWithinItsVariance) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  spec.quality.samples = 64;
+  spec.outputs = {Output::color, Output::variance};
+  const Photograph a = photograph(spec, scene);
+  spec.seed = 1;
+  const Photograph b = photograph(spec, scene);
+  EXPECT_FALSE(a.color == b.color);
+  double normalised = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < a.color.pixels().size(); ++i) {
+    const double variance = static_cast<double>(a.layers.at(Output::variance).pixels()[i]) +
+                            static_cast<double>(b.layers.at(Output::variance).pixels()[i]);
+    const double difference = a.color.pixels()[i] - b.color.pixels()[i];
+    // A pixel without scatter may still round differently by a few 2^-24.
+    if (variance < 1e-12) {
+      EXPECT_LT(std::abs(difference), 1e-3);
+      continue;
+    }
+    normalised += difference * difference / variance;
+    count += 1.0;
+  }
+  // Independent samples give a mean of 1 with deviation sqrt(2/count); scrambled nets less. Four
+  // deviations above 1 would mean that the images disagree.
+  ASSERT_GT(count, 1000.0);
+  EXPECT_LT(normalised / count, 1.0 + 4.0 * std::sqrt(2.0 / count));
+}
+
+TEST(Simulation, BoundHoldsTheTrueError) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  spec.effects.diffraction = EffectChoice::off;  // the reference has none
+  SimulationSpec reference = spec;
+  reference.quality.samples = 4096;  // its own error is below 2e-4
+  reference.quality.max_error = 1e-4;  // narrow texture lookups
+  reference.seed = 999;
+  const Photograph truth = photograph(reference, scene);
+  int inside = 0;
+  int runs = 0;
+  for (const double target : {0.03, 0.01, 0.004}) {
+    for (std::uint32_t seed = 0; seed < 5; ++seed) {
+      spec.quality.max_error = target;
+      spec.seed = seed;
+      const Photograph picture = photograph(spec, scene);
+      const double error = rmse(picture.color, truth.color);
+      EXPECT_LE(picture.report.error.upper_95, target);
+      inside += error <= picture.report.error.upper_95 ? 1 : 0;
+      ++runs;
+    }
+  }
+  // At least 95 % are promised; 14 of 15 is the most that 15 runs can tell apart from it.
+  EXPECT_GE(inside, runs - 1);
+}
+
+TEST(Simulation, PlannerTakesThePinholeWhereNothingIsBlurred) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot(64.0);  // discs of at most 0.05 px at 96 pixels
+  spec.effects.diffraction = EffectChoice::off;
+  const Photograph picture = photograph(spec, scene);
+  EXPECT_EQ(picture.report.method, "pinhole");
+  ASSERT_EQ(picture.report.passed_over.size(), 1U);
+  EXPECT_EQ(picture.report.passed_over[0].method, "lens-sampling");
+  spec.camera.optics = small_shot(1.4).camera.optics;
+  EXPECT_EQ(photograph(spec, scene).report.method, "lens-sampling");
+}
+
+TEST(Simulation, PinholeIsTheLimitOfASmallAperture) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot(1e6);
+  spec.quality.samples = 256;
+  spec.quality.method = "lens-sampling";
+  const Photograph lens = photograph(spec, scene);
+  spec.quality.method = "pinhole";
+  const Photograph pinhole = photograph(spec, scene);
+  // The pupil moves rays by at most 25 nm: the images differ where such a shift changes a hit,
+  // in next to no pixel.
+  EXPECT_LT(rmse(lens.color, pinhole.color), 1e-4);
+}
+
+TEST(Simulation, ForcedSamplesAreRenderedExactly) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  for (const int samples : {1, 2, 3, 24, 100}) {
+    spec.quality.samples = samples;
+    const Photograph picture = photograph(spec, scene);
+    EXPECT_EQ(picture.report.cost.samples_max, samples);
+    EXPECT_GE(picture.report.cost.rays, static_cast<std::uint64_t>(samples) * 96U * 64U);
+    for (const float value : picture.color.pixels()) ASSERT_TRUE(std::isfinite(value));
+  }
+}
+
+TEST(Simulation, LayersAreThoseOfTheCentreRay) {
+  Scene wall = busy_scene();
+  wall.objects.resize(1);
+  const RayScene scene(wall);
+  SimulationSpec spec = small_shot();
+  spec.outputs = {Output::depth, Output::coc, Output::normal};
+  const Photograph picture = photograph(spec, scene);
+  const Image& depth = picture.layers.at(Output::depth);
+  // The wall is a plane at 5 m: the same depth everywhere, not the distance along the ray. Float
+  // positions of a metre or two round by 2^-22.
+  EXPECT_NEAR(*depth.at(0, 0), 5.0F, 2e-6F);
+  EXPECT_NEAR(*depth.at(48, 32), 5.0F, 2e-6F);
+  // c = 35.714 mm * 51.282 mm (1/2 - 1/5)/m over 375 um = 1.46520 px
+  EXPECT_NEAR(*picture.layers.at(Output::coc).at(48, 32), 1.46520F, 1e-5F);
+  EXPECT_NEAR(picture.layers.at(Output::normal).at(48, 32)[2], 1.0F, 1e-6F);
+}
+
+TEST(Simulation, MotionSpreadsAnObjectOverTheShutterTime) {
+  Scene moving;
+  moving.materials = {Material{.emission = {.value = {1, 1, 1}}}};
+  // A bar 0.1 m wide at 2 m moves 0.2 m to the right in 0.1 s: its edges ramp over 0.2 m.
+  moving.objects = {{.shape = QuadObject{.corner = {-0.15, -1, -2}, .edge_u = {0.1, 0, 0},
+                                         .edge_v = {0, 2, 0}},
+                     .velocity = {2, 0, 0}}};
+  const RayScene scene(moving);
+  SimulationSpec spec = small_shot(8.0);
+  spec.camera.shutter_seconds = 0.1;
+  spec.quality.samples = 256;
+  const Photograph picture = photograph(spec, scene);
+  double sum = 0.0;
+  double first_moment = 0.0;
+  for (int x = 0; x < 96; ++x) {
+    sum += picture.color.at(x, 32)[0];
+    first_moment += picture.color.at(x, 32)[0] * (x + 0.5);
+  }
+  // A pixel is 0.375 mm * 2 m/51.28 mm = 14.625 mm there: the bar covers 6.8376 px of light, its
+  // mean place is at x = 0, the image's middle.
+  EXPECT_NEAR(sum, 0.1 / 0.014625, 0.02);
+  EXPECT_NEAR(first_moment / sum, 48.0, 0.02);
+  EXPECT_LT(picture.color.at(48, 32)[0], 0.6F);
+}
+
+TEST(Simulation, FalloffIsTheChiefRaysCosineToTheFourth) {
+  Scene wall;
+  wall.materials = {Material{.emission = {.value = {1, 1, 1}}}};
+  wall.objects = {{.shape = QuadObject{.corner = {-9, -9, -5}, .edge_u = {18, 0, 0},
+                                       .edge_v = {0, 18, 0}}}};
+  const RayScene scene(wall);
+  SimulationSpec spec = small_shot();
+  spec.effects.falloff = EffectChoice::on;
+  spec.quality.samples = 64;
+  const Photograph picture = photograph(spec, scene);
+  // The corner pixel's centre is 17.8125 and 11.8125 mm off the axis, v = 51.282 mm.
+  const double tangent2 = (17.8125 * 17.8125 + 11.8125 * 11.8125) / (51.28205 * 51.28205);
+  EXPECT_NEAR(picture.color.at(0, 0)[0], 1.0 / ((1 + tangent2) * (1 + tangent2)), 1e-4);
+}
+
+TEST(Simulation, CancellationEndsTheRenderAndSaysSo) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  spec.width = 960;
+  spec.height = 640;
+  spec.quality.samples = 65536;  // minutes of work
+  WorkerPool workers(2);
+  RunControl run;
+  run.workers = &workers;
+  std::stop_source stop;
+  run.stop = stop.get_token();
+  std::chrono::steady_clock::time_point asked;
+  run.progress = [&](double) {
+    if (stop.stop_requested()) return;
+    asked = std::chrono::steady_clock::now();
+    stop.request_stop();
+  };
+  try {
+    simulate(spec, scene, run);
+    FAIL() << "was not cancelled";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::cancelled);
+  }
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - asked;
+  std::printf("stopped %.1f ms after it was asked to\n", took.count());
+}
+
+TEST(Simulation, ProgressNeverFallsAndEndsAtOne) {
+  const RayScene scene(busy_scene());
+  WorkerPool workers(2);
+  RunControl run;
+  run.workers = &workers;
+  double last = 0.0;
+  bool falls = false;
+  run.progress = [&](double fraction) {
+    falls = falls || fraction < last;
+    last = fraction;
+  };
+  SimulationSpec spec = small_shot();
+  spec.width = 480;
+  spec.height = 320;
+  simulate(spec, scene, run);
+  EXPECT_FALSE(falls);
+  EXPECT_EQ(last, 1.0);
+}
+
+ErrorCode refusal_of(const SimulationSpec& spec, const RayScene& scene) {
+  try {
+    simulate(spec, scene, {});
+  } catch (const Error& error) {
+    return error.code();
+  }
+  return ErrorCode::internal;
+}
+
+TEST(Simulation, RefusesWhatNoMethodCoversOrNoCameraIs) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  spec.effects.diffraction = EffectChoice::on;
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::no_valid_method);
+  spec = small_shot();
+  spec.effects.defocus = EffectChoice::off;
+  spec.quality.method = "lens-sampling";
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::no_valid_method);
+  spec = small_shot();
+  std::get<LensSpec>(spec.camera.optics).focus_distance = 50.0_mm;
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::outside_domain);
+  spec = small_shot();
+  spec.height = 65;
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::outside_domain);
+  spec = small_shot();
+  spec.camera.up = {0, 0, 1};
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::outside_domain);
+}
+
+TEST(Simulation, WarnsWhereDiffractionIsLeftOutBeyondTheTarget) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot();
+  spec.camera.optics = PinholeSpec{.image_distance = 50.0_mm, .diameter = 0.1_mm};
+  spec.camera.sensor_width = 3.6_mm;
+  spec.camera.sensor_height = 2.4_mm;
+  const Photograph picture = photograph(spec, scene);
+  EXPECT_GT(picture.report.error.upper_95, spec.quality.max_error);
+  EXPECT_FALSE(picture.report.warnings.empty());
+}
+
+}  // namespace
+}  // namespace fstop
