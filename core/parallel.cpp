@@ -16,8 +16,34 @@
 
 #include "core/error.h"
 
+#if defined(FSTOP_THREAD_SANITIZER)
+#include <sanitizer/tsan_interface.h>
+#endif
+
 namespace fstop {
 namespace {
+
+// ThreadSanitizer cannot see how oneTBB orders its threads: neither its library nor its headers,
+// in this file, are instrumented. These are the two orders it promises: a loop's start before its
+// bodies, and those before its end.
+class LoopOrder {
+ public:
+#if defined(FSTOP_THREAD_SANITIZER)
+  void begin() noexcept { __tsan_release(&started_); }
+  void enter() noexcept { __tsan_acquire(&started_); }
+  void leave() noexcept { __tsan_release(&ended_); }
+  void end() noexcept { __tsan_acquire(&ended_); }
+
+ private:
+  char started_ = 0;
+  char ended_ = 0;
+#else
+  void begin() noexcept {}
+  void enter() noexcept {}
+  void leave() noexcept {}
+  void end() noexcept {}
+#endif
+};
 
 // The processors this process may use: the affinity mask, cut by a cgroup v2 CPU quota.
 int available_processors() {
@@ -70,9 +96,15 @@ WorkerPool::~WorkerPool() = default;
 int WorkerPool::threads() const noexcept { return impl_->arena.max_concurrency(); }
 
 void WorkerPool::for_each(int count, const std::function<void(int)>& body) {
-  impl_->arena.execute([&] {
-    tbb::parallel_for(0, count, body, tbb::simple_partitioner());
-  });
+  LoopOrder order;
+  order.begin();
+  const auto ordered = [&](int i) {
+    order.enter();
+    body(i);
+    order.leave();
+  };
+  impl_->arena.execute([&] { tbb::parallel_for(0, count, ordered, tbb::simple_partitioner()); });
+  order.end();
 }
 
 void parallel_for(const RunControl& run, int count, const std::function<void(int)>& body) {
@@ -81,6 +113,7 @@ void parallel_for(const RunControl& run, int count, const std::function<void(int
       throw_if_stopped(run);
       body(i);
     }
+    throw_if_stopped(run);
     return;
   }
   run.workers->for_each(count, [&](int i) {

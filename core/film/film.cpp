@@ -46,7 +46,8 @@ NoiseEstimate Film::end_pass(int samples) {
   NoiseEstimate noise;
   noise.mse = sum / pixels;
   const double scatter = std::max(0.0, sum_of_squares / pixels - noise.mse * noise.mse);
-  noise.mse_upper_95 = noise.mse + kOneSided95 * std::sqrt(scatter / pixels);
+  // Twice: the error that was made scatters about its expectation as much as the estimate does.
+  noise.mse_upper_95 = noise.mse + kOneSided95 * std::sqrt(2.0 * scatter / pixels);
   noise.energy = energy > 0.0 ? std::sqrt(energy_variance) / energy : 0.0;
   return noise;
 }

@@ -55,7 +55,8 @@ class Film {
   ///
   /// unbiased for independent samples; halves of one scrambled net repel each other, so that it
   /// overestimates there (by 1.1 to 2.8 in mse on two measured scenes). Blind to bias.
-  /// The bound adds 1.645 standard errors of that mean over pixels.
+  /// The bound adds 1.645 sqrt(2) standard errors of that mean over pixels: the estimate and the
+  /// error that was made are independent and scatter alike.
   NoiseEstimate end_pass(int samples);
 
   /// Mean of all samples, 3 channels.

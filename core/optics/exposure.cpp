@@ -17,7 +17,7 @@ double exposure_factor(double shutter_seconds, double iso, double working_f_numb
   const double factor =
       8000.0 * shutter_seconds * (iso / 100.0) / (working_f_number * working_f_number);
   const bool positive = shutter_seconds > 0.0 && iso > 0.0 && working_f_number > 0.0;
-  if (!positive || !std::isfinite(factor)) {
+  if (!positive || !(factor > 0.0 && std::isfinite(factor))) {
     throw Error(ErrorCode::outside_domain,
                 "needs a positive shutter time (s), ISO speed and working f-number");
   }
@@ -31,7 +31,9 @@ double relative_illuminance_on_axis(double working_f_number) {
 
 double relative_illuminance(double working_f_number, Length height, Length image_distance) {
   require_positive(working_f_number);
-  if (!(image_distance > Length{})) throw Error(ErrorCode::outside_domain, "needs v > 0");
+  if (!(image_distance > Length{} && abs(height) >= Length{})) {
+    throw Error(ErrorCode::outside_domain, "needs v > 0 and a height that is a number");
+  }
   const double t2 = std::pow(height / image_distance, 2);
   const double a2 = 1.0 / (4.0 * working_f_number * working_f_number);
   const double q = 1.0 + t2 - a2;

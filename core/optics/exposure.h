@@ -21,7 +21,8 @@ double relative_illuminance_on_axis(double working_f_number);
 ///     E/(pi L) = 1/2 [1 - (1 + t^2 - a^2) / sqrt(t^4 + 2 t^2 (1 - a^2) + (1 + a^2)^2)]
 ///
 /// t = height/v, a = 1/(2 N_w), the pupil's radius over v.
-/// Throws: Error{outside_domain} unless N_w and the image distance are positive.
+/// Throws: Error{outside_domain} unless N_w and the image distance are positive and the height is
+///         a number.
 /// Source: Foote, Bull. Bur. Standards 12, 583 (1916), for a disc parallel to the receiver.
 double relative_illuminance(double working_f_number, Length height, Length image_distance);
 

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/scene/scene_file.h"
+
+namespace fstop::api {
+
+/// Every bound on what a client may ask for or hold, and on what is kept for it: one place.
+struct Limits {
+  // One HTTP exchange.
+  std::size_t body_bytes = std::size_t{1} << 20;
+  std::size_t header_bytes = std::size_t{8} << 10;
+  int header_fields = 100;
+  int json_depth = 32;
+  std::size_t problem_bytes = std::size_t{16} << 10;  // of a problem document
+  std::size_t echo_bytes = 256;                       // of input repeated in a problem
+  std::size_t faults = 1000;                          // kept of one request, the rest counted
+
+  // One image.
+  int image_side = 16384;                  // pixels; the least is 1
+  std::int64_t image_pixels = 67'108'864;  // 2^26
+  int samples_per_pixel = 65'536;
+  std::int64_t samples = 2'000'000'000;  // over all pixels of an image
+  std::chrono::milliseconds render_time{600'000};
+  int object_distances = 1000;  // of one optics request
+
+  // One scene.
+  AssetLimits assets{.max_file_bytes = std::size_t{64} << 20,
+                     .max_triangles = 2'000'000,
+                     .max_texture_pixels = 16'000'000,
+                     .max_coordinate = 1e7};
+  std::size_t scene_bytes = std::size_t{8} << 20;         // of a scene file's text
+  std::size_t scene_file_bytes = std::size_t{256} << 20;  // over all its files
+  std::size_t scene_triangles = 4'000'000;                // over all its meshes
+  std::size_t scene_texture_pixels = 64'000'000;          // over all its textures
+  std::size_t scene_textures = 256;
+  std::size_t scene_materials = 4096;
+  std::size_t scene_objects = 20'000;
+  std::size_t scene_lights = 256;
+
+  // The server.
+  int connections = 2048;
+  int pipelined_answers = 8;  // queued on one connection
+  int queued_renders = 32;    // more are answered 503
+  int concurrent_renders = 2;
+  std::size_t kept_result_bytes = std::size_t{512} << 20;
+  std::size_t kept_scene_bytes = std::size_t{1} << 30;
+  std::chrono::milliseconds header_deadline{10'000};  // from the first byte to the blank line
+  std::chrono::milliseconds body_deadline{30'000};
+  std::chrono::milliseconds write_deadline{10'000};  // for the next bytes to be taken
+  std::chrono::milliseconds idle_deadline{30'000};   // between requests
+  std::chrono::milliseconds drain_deadline{20'000};  // of a graceful stop
+};
+
+/// The bounds of the command line, whose user spends only his own time and memory.
+inline Limits command_line_limits() {
+  Limits limits;
+  limits.samples = 1'000'000'000'000;
+  limits.body_bytes = limits.scene_bytes;
+  return limits;
+}
+
+}  // namespace fstop::api

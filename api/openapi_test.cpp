@@ -1,0 +1,253 @@
+#include "api/openapi.h"
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "api/contract_schema.h"
+#include "api/optics_request.h"
+#include "api/problem.h"
+#include "api/render_request.h"
+#include "core/optics/pinhole.h"
+
+namespace fstop::api {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+std::string file_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+bool parses(const json& request, bool optics) {
+  try {
+    if (optics) {
+      parse_optics_request(request.dump(), Limits{});
+    } else {
+      parse_render_request(request.dump(), Limits{}, SceneNames::stored_only);
+    }
+    return true;
+  } catch (const InvalidRequest&) {
+    return false;
+  }
+}
+
+void for_each_object(const json& value, const std::function<void(const json&)>& visit) {
+  if (value.is_object()) visit(value);
+  if (value.is_structured()) {
+    for (const json& item : value) for_each_object(item, visit);
+  }
+}
+
+TEST(OpenApi, IsTheFileAsItStands) {
+  EXPECT_EQ(openapi_json(), file_text(FSTOP_SOURCE_DIR "/api/openapi.json"));
+}
+
+TEST(OpenApi, RefersOnlyToWhatIsThere) {
+  const json document = json::parse(openapi_json());
+  int references = 0;
+  for_each_object(document, [&](const json& object) {
+    if (!object.contains("$ref")) return;
+    const std::string pointer = object.at("$ref").get<std::string>().substr(1);
+    EXPECT_TRUE(document.contains(json::json_pointer(pointer))) << pointer;
+    ++references;
+  });
+  EXPECT_GT(references, 100);
+}
+
+TEST(OpenApi, ClosesEveryObjectItDescribes) {
+  const json document = json::parse(openapi_json());
+  for_each_object(document.at("components").at("schemas"), [](const json& schema) {
+    if (!schema.contains("properties") || !schema.at("properties").is_object()) return;
+    EXPECT_TRUE(schema.contains("additionalProperties")) << schema.dump().substr(0, 100);
+  });
+}
+
+TEST(OpenApi, KnowsTheCriteriaOfTheOptics) {
+  const json document = json::parse(openapi_json());
+  json names = json::array();
+  for (const PinholeCriterion& criterion : pinhole_criteria()) names.push_back(criterion.name);
+  EXPECT_EQ(document.at("components").at("schemas").at("PinholeCriterion").at("enum"), names);
+}
+
+TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
+  const ContractSchema render("RenderRequest");
+  const ContractSchema optics("OpticsRequest");
+  int examples = 0;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(FSTOP_SOURCE_DIR "/api/examples")) {
+    const bool is_optics = entry.path().filename().string().starts_with("optics");
+    const json example = json::parse(file_text(entry.path()));
+    EXPECT_EQ((is_optics ? optics : render).objection(example), "") << entry.path();
+    EXPECT_TRUE(parses(example, is_optics)) << entry.path();
+    ++examples;
+  }
+  EXPECT_GE(examples, 6);
+  const json paths = json::parse(openapi_json()).at("paths");
+  const auto body = [&](const std::string& path) {
+    return paths.at(path)
+        .at("post")
+        .at("requestBody")
+        .at("content")
+        .at("application/json")
+        .at("example");
+  };
+  EXPECT_EQ(render.objection(body("/v1/renders")), "");
+  EXPECT_TRUE(parses(body("/v1/renders"), false));
+  EXPECT_EQ(optics.objection(body("/v1/optics")), "");
+  EXPECT_TRUE(parses(body("/v1/optics"), true));
+}
+
+TEST(OpenApi, AcceptsEveryNormalisedExample) {
+  const ContractSchema render("RenderRequest");
+  for (const std::string name : {"lens", "pinhole", "layers", "inline-scene"}) {
+    const std::string text = file_text(FSTOP_SOURCE_DIR "/api/examples/" + name + ".json");
+    const RenderRequest request = parse_render_request(text, Limits{}, SceneNames::stored_only);
+    EXPECT_EQ(render.objection(json::parse(request.normalised)), "") << name;
+  }
+}
+
+/// One member of a request set to one value, and what schema and parser both say of it.
+struct Mutation {
+  std::string pointer = {};
+  std::string value = {};
+  bool legal = false;
+};
+
+void expect_agreement(const json& original, const ContractSchema& schema,
+                      const std::vector<Mutation>& mutations, bool optics) {
+  for (const Mutation& mutation : mutations) {
+    json request = original;
+    request[json::json_pointer(mutation.pointer)] = json::parse(mutation.value);
+    const std::string label = mutation.pointer + " = " + mutation.value;
+    EXPECT_EQ(schema.objection(request).empty(), mutation.legal) << "schema: " << label;
+    EXPECT_EQ(parses(request, optics), mutation.legal) << "parser: " << label;
+  }
+}
+
+TEST(OpenApi, AgreesWithTheParserOnRenders) {
+  const json original = json::parse(
+      R"({"scene": "charts", "camera": {"lens": {"f_number": 2}, "sensor_mm": [30, 20], "shutter_s": 1},
+          "image": {"width": 300, "height": 200}, "quality": {}, "effects": {}})");
+  expect_agreement(original, ContractSchema("RenderRequest"),
+                   {{"/scene", "\"a-1\"", true},
+                    {"/scene", "\"../a\"", false},
+                    {"/scene", "\"\"", false},
+                    {"/scene", "null", false},
+                    {"/unknown", "1", false},
+                    {"/seed", "4294967295", true},
+                    {"/seed", "4294967296", false},
+                    {"/seed", "1.5", false},
+                    {"/seed", "true", false},
+                    {"/outputs", R"(["depth", "coc"])", true},
+                    {"/outputs", "[]", false},
+                    {"/outputs", R"(["depth", "depth"])", false},
+                    {"/outputs", R"(["Z"])", false},
+                    {"/camera/lens/f_number", "0.5", true},
+                    {"/camera/lens/f_number", "0.49", false},
+                    {"/camera/lens/f_number", "\"2\"", false},
+                    {"/camera/lens/focal_length_mm", "1000", true},
+                    {"/camera/lens/focal_length_mm", "2001", false},
+                    {"/camera/lens/focus_distance_m", "\"infinity\"", true},
+                    {"/camera/lens/focus_distance_m", "\"Infinity\"", false},
+                    {"/camera/lens/focus_distance_m", "0.001", false},
+                    {"/camera/lens/blades", "0", true},
+                    {"/camera/lens/blades", "3", true},
+                    {"/camera/lens/blades", "2", false},
+                    {"/camera/lens/blades", "65", false},
+                    {"/camera/lens/blade_rotation_deg", "-361", false},
+                    {"/camera/lens/zoom", "1", false},
+                    {"/camera/lens", "[]", false},
+                    {"/camera/pinhole", "{}", false},
+                    {"/camera/breathing", "\"yes\"", false},
+                    {"/camera/up", "[0, 1]", false},
+                    {"/camera/up", "[0, 1, 0, 0]", false},
+                    {"/camera/up", "[0, \"1\", 0]", false},
+                    {"/camera/position_m", "[1e7, 0, 0]", true},
+                    {"/camera/position_m", "[1.1e7, 0, 0]", false},
+                    {"/camera/wavelength_nm", "99", false},
+                    {"/camera/exposure", "\"relative\"", true},
+                    {"/camera/exposure", "{\"iso\": 100}", true},
+                    {"/camera/exposure", "{\"iso\": 0}", false},
+                    {"/camera/exposure", "{}", false},
+                    {"/camera/exposure", "100", false},
+                    {"/camera/shutter_s", "-1", false},
+                    {"/image/width", "0", false},
+                    {"/image/width", "16385", false},
+                    {"/image/format", "\"exr\"", true},
+                    {"/image/format", "\"gif\"", false},
+                    {"/image/precision", "\"double\"", false},
+                    {"/quality/samples", "null", true},
+                    {"/quality/samples", "16", true},
+                    {"/quality/samples", "0", false},
+                    {"/quality/max_time_ms", "null", true},
+                    {"/quality/max_time_ms", "600001", false},
+                    {"/quality/max_error", "null", false},
+                    {"/quality/max_error", "1.01", false},
+                    {"/quality/method", "\"pinhole\"", true},
+                    {"/quality/method", "\"gather\"", false},
+                    {"/effects/falloff", "\"on\"", true},
+                    {"/effects/falloff", "true", false},
+                    {"/effects/vignetting", "\"on\"", false}},
+                   false);
+}
+
+TEST(OpenApi, AgreesWithTheParserOnScenes) {
+  const json original = json::parse(file_text(FSTOP_SOURCE_DIR "/api/examples/inline-scene.json"));
+  expect_agreement(original, ContractSchema("RenderRequest"),
+                   {{"/scene/format", "\"fstop-scene/2\"", false},
+                    {"/scene/title", "3", false},
+                    {"/scene/textures", R"({"a": {"file": "charts/a.png"}})", true},
+                    {"/scene/textures", R"({"a": {}})", false},
+                    {"/scene/textures", R"({"a": {"file": "a.png", "wrap": "mirror"}})", false},
+                    {"/scene/materials/red/model", "\"lambert\"", false},
+                    {"/scene/materials/red/diffuse", "[0, 0, -1]", false},
+                    {"/scene/materials/red/diffuse", "0.5", false},
+                    {"/scene/materials/red/ior", "null", true},
+                    {"/scene/materials/red/ior", "11", false},
+                    {"/scene/materials/red/reflection", "1.1", false},
+                    {"/scene/materials/red/gloss", "1", false},
+                    {"/scene/objects/0/type", "\"cube\"", false},
+                    {"/scene/objects/0/radius_m", "0", false},
+                    {"/scene/objects/0/interpolation", "\"flat\"", true},
+                    {"/scene/objects/0/velocity_m_s", "[0, 0, 1]", true},
+                    {"/scene/objects/0/velocity_m_s", "[0, 0]", false},
+                    {"/scene/objects/0/file", "\"a.obj\"", false},
+                    {"/scene/objects/0", "{\"type\": \"sphere\"}", false},
+                    {"/scene/lights/0/attenuation", "[1, 0, 0]", false},
+                    {"/scene/lights/1/attenuation", "[1, 0, 1]", true},
+                    {"/scene/lights/1/attenuation", "[1, 0]", false},
+                    {"/scene/lights/1/intensity", "[1, 0, 2e6]", false},
+                    {"/scene/background", "[0, 0, 0, 1]", false},
+                    {"/scene/sky", "{}", false}},
+                   false);
+}
+
+TEST(OpenApi, AgreesWithTheParserOnOptics) {
+  const json original = json::parse(R"({"camera": {"pinhole": {}}})");
+  expect_agreement(
+      original, ContractSchema("OpticsRequest"),
+      {{"/camera/pinhole/diameter_mm", "\"optimal\"", true},
+       {"/camera/pinhole/diameter_mm", "\"best\"", false},
+       {"/camera/pinhole/diameter_mm", "101", false},
+       {"/camera/pinhole/image_distance_mm", "0.05", false},
+       {"/camera/pinhole", R"({"diameter_mm": "optimal", "criterion": "fwhm"})", true},
+       {"/camera/pinhole", R"({"diameter_mm": "optimal", "criterion": "sharp"})", false},
+       {"/camera/lens", "{}", false},
+       {"/coc_limit_mm", "0.02", true},
+       {"/coc_limit_mm", "0", false},
+       {"/coc_limit_mm", "null", false},
+       {"/object_distances_m", R"([1, "infinity"])", true},
+       {"/object_distances_m", "[0]", false},
+       {"/object_distances_m", "1", false},
+       {"/scene", "\"charts\"", false},
+       {"/quality", R"({"max_error": 0.1})", true}},
+      true);
+}
+
+}  // namespace
+}  // namespace fstop::api

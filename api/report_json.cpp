@@ -1,0 +1,43 @@
+#include "api/report_json.h"
+
+#include "api/json_text.h"
+#include "api/json_writer.h"
+
+namespace fstop::api {
+namespace {
+
+Json error_json(const ImageError& error) {
+  return {{"estimate", number_json(error.estimate)},
+          {"upper_95", number_json(error.upper_95)},
+          {"target", number_json(error.target)},
+          {"energy", number_json(error.energy)},
+          {"energy_upper_95", number_json(error.energy_upper_95)}};
+}
+
+Json cost_json(const RenderCost& cost, const Timing& timing) {
+  return {{"rays", cost.rays},
+          {"samples_mean", number_json(cost.samples_mean)},
+          {"samples_max", cost.samples_max},
+          {"render_ms", number_json(timing.render_ms)},
+          {"queue_ms", number_json(timing.queue_ms)},
+          {"encode_ms", number_json(timing.encode_ms)},
+          {"cpu_ms", number_json(timing.cpu_ms)}};
+}
+
+}  // namespace
+
+std::string report_json(std::string_view id, const RenderReport& report, const Timing& timing,
+                        std::string_view normalised) {
+  const Json value = {{"id", id},
+                      {"method", report.method},
+                      {"model", model_json(report.model)},
+                      {"passed_over", passed_over_json(report.passed_over)},
+                      {"error", error_json(report.error)},
+                      {"optics", optics_members(report.optics)},
+                      {"cost", cost_json(report.cost, timing)},
+                      {"warnings", report.warnings},
+                      {"request", Json::parse(normalised)}};
+  return json_text(value);
+}
+
+}  // namespace fstop::api

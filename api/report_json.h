@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/render/simulation.h"
+
+namespace fstop::api {
+
+/// How long the parts of one render took, milliseconds.
+struct Timing {
+  double render_ms = 0.0;
+  double queue_ms = 0.0;
+  double encode_ms = 0.0;
+  double cpu_ms = 0.0;
+};
+
+/// The report of a render as JSON text; `normalised` is RenderRequest::normalised and becomes the
+/// member "request". Infinity is "infinity"; doubles have the fewest digits (at most 17) that
+/// give the same double again.
+/// Throws: Error{internal} if a number of the report is not a number.
+std::string report_json(std::string_view id, const RenderReport& report, const Timing& timing,
+                        std::string_view normalised);
+
+}  // namespace fstop::api

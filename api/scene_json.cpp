@@ -1,0 +1,269 @@
+#include "api/scene_json.h"
+
+#include <algorithm>
+#include <array>
+
+#include "api/json_reader.h"
+#include "api/json_text.h"
+
+namespace fstop::api {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kNameBytes = 256;
+constexpr std::size_t kDescriptionBytes = 4096;
+constexpr Range kRadiance{0.0, 1e6};
+constexpr Range kShare{0.0, 1.0};
+
+constexpr Named<ColorSpace> kColorSpaces[] = {{"srgb", ColorSpace::srgb},
+                                              {"linear", ColorSpace::linear}};
+constexpr Named<TextureFilter> kFilters[] = {
+    {"nearest", TextureFilter::nearest},         {"bilinear", TextureFilter::bilinear},
+    {"mipmap", TextureFilter::mipmap},           {"summed-area", TextureFilter::summed_area},
+    {"brute-force", TextureFilter::brute_force}, {"stochastic", TextureFilter::stochastic}};
+constexpr Named<TextureWrap> kWraps[] = {{"repeat", TextureWrap::repeat},
+                                         {"clamp", TextureWrap::clamp}};
+constexpr Named<ShadingModel> kModels[] = {{"unlit", ShadingModel::unlit},
+                                           {"phong", ShadingModel::phong},
+                                           {"blinn-phong", ShadingModel::blinn_phong}};
+constexpr Named<Interpolation> kInterpolations[] = {{"flat", Interpolation::flat},
+                                                    {"gouraud", Interpolation::gouraud},
+                                                    {"phong", Interpolation::phong}};
+enum class ShapeKind { mesh, sphere, quad };
+constexpr Named<ShapeKind> kShapes[] = {
+    {"mesh", ShapeKind::mesh}, {"sphere", ShapeKind::sphere}, {"quad", ShapeKind::quad}};
+enum class LightKind { directional, point, spot, area };
+constexpr Named<LightKind> kLights[] = {{"directional", LightKind::directional},
+                                        {"point", LightKind::point},
+                                        {"spot", LightKind::spot},
+                                        {"area", LightKind::area}};
+
+template <typename Value, std::size_t count>
+std::span<const Named<Value>> words(const Named<Value> (&table)[count]) {
+  return table;
+}
+
+Rgb rgb(const std::array<double, 3>& values) {
+  return {static_cast<float>(values[0]), static_cast<float>(values[1]),
+          static_cast<float>(values[2])};
+}
+
+/// Reads one scene object into values; the names read so far are at hand.
+class SceneReader {
+ public:
+  explicit SceneReader(const Limits& limits) : limits_(limits) {}
+
+  Scene read(ObjectReader& root) {
+    if (root.text("format", kNameBytes) != "fstop-scene/1" && root.clean()) {
+      root.fault("format", "must be \"fstop-scene/1\"");
+    }
+    scene_.title = root.text("title", kNameBytes, "");
+    scene_.description = root.text("description", kDescriptionBytes, "");
+    for (auto& [name, reader] : root.named_objects("textures", limits_.scene_textures)) {
+      scene_.textures.push_back(texture(name, reader));
+    }
+    for (auto& [name, reader] : root.named_objects("materials", limits_.scene_materials)) {
+      scene_.materials.push_back(material(name, reader));
+    }
+    for (ObjectReader& reader : root.objects("objects", limits_.scene_objects)) {
+      scene_.objects.push_back(object(reader));
+    }
+    for (ObjectReader& reader : root.objects("lights", limits_.scene_lights)) {
+      scene_.lights.push_back(light(reader));
+    }
+    scene_.ambient_light = color(root, "ambient_light");
+    scene_.background = color(root, "background");
+    root.reject_unread_members();
+    return std::move(scene_);
+  }
+
+ private:
+  static Rgb color(ObjectReader& reader, std::string_view key) {
+    return rgb(reader.triple(key, kRadiance, "", std::array{0.0, 0.0, 0.0}));
+  }
+
+  static TextureSource texture(const std::string& name, ObjectReader& reader) {
+    TextureSource texture;
+    texture.name = name;
+    texture.file = reader.text("file", kNameBytes);
+    texture.color_space = reader.choice("color_space", words(kColorSpaces), "srgb");
+    texture.filter = reader.choice("filter", words(kFilters), "mipmap");
+    texture.wrap = reader.choice("wrap", words(kWraps), "repeat");
+    reader.reject_unread_members();
+    return texture;
+  }
+
+  ColorSource color_source(ObjectReader& material, std::string_view key) const {
+    const json* value = material.value(key, false);
+    if (value == nullptr || !value->is_object()) return {.value = color(material, key)};
+    ObjectReader reader = material.object(key);
+    const std::string name = reader.text("texture", kNameBytes);
+    ColorSource source{.value =
+                           rgb(reader.triple("scale", kRadiance, "", std::array{1.0, 1.0, 1.0}))};
+    if (reader.clean()) source.texture = index_of(name, scene_.textures, reader, "texture");
+    reader.reject_unread_members();
+    return source;
+  }
+
+  Material material(const std::string& name, ObjectReader& reader) const {
+    Material material;
+    material.name = name;
+    material.model = reader.choice("model", words(kModels));
+    material.emission = color_source(reader, "emission");
+    material.ambient = color_source(reader, "ambient");
+    material.diffuse = color_source(reader, "diffuse");
+    material.specular = color_source(reader, "specular");
+    material.shininess = reader.number("shininess", {0.0, 1e5}, 1.0);
+    material.reflection = reader.number("reflection", kShare, 0.0);
+    material.transmission = reader.number("transmission", kShare, 0.0);
+    material.ior = reader.optional_number("ior", {0.1, 10.0});
+    reader.reject_unread_members();
+    return material;
+  }
+
+  Object object(ObjectReader& reader) const {
+    Object object;
+    const ShapeKind kind = reader.choice("type", words(kShapes));
+    if (!reader.clean()) return object;  // what else belongs here is unknown
+    switch (kind) {
+      case ShapeKind::mesh:
+        object.shape = mesh(reader);
+        break;
+      case ShapeKind::sphere:
+        object.shape = sphere(reader);
+        break;
+      case ShapeKind::quad:
+        object.shape = quad(reader);
+        break;
+    }
+    if (kind != ShapeKind::mesh) {
+      // Legal and without effect: spheres are exact, quads flat.
+      reader.choice("interpolation", words(kInterpolations), "phong");
+      reader.leave_out("interpolation");
+    }
+    const std::string name = reader.text("material", kNameBytes);
+    if (reader.clean()) object.material = index_of(name, scene_.materials, reader, "material");
+    object.velocity = reader.vec3("velocity_m_s", 1e5, "m/s", Vec3{});
+    reader.reject_unread_members();
+    return object;
+  }
+
+  static MeshObject mesh(ObjectReader& reader) {
+    MeshObject mesh;
+    mesh.file = reader.text("file", kNameBytes);
+    mesh.interpolation = reader.choice("interpolation", words(kInterpolations), "phong");
+    return mesh;
+  }
+
+  SphereObject sphere(ObjectReader& reader) const {
+    SphereObject sphere;
+    sphere.center = position(reader, "center_m");
+    const Length largest = Length::si(limits_.assets.max_coordinate);
+    sphere.radius = reader.length("radius_m", Length::si(1e-6), largest).si();
+    return sphere;
+  }
+
+  QuadObject quad(ObjectReader& reader) const {
+    QuadObject quad;
+    quad.corner = position(reader, "corner_m");
+    quad.edge_u = position(reader, "edge_u_m");
+    quad.edge_v = position(reader, "edge_v_m");
+    require_area(reader, quad.edge_u, quad.edge_v);
+    return quad;
+  }
+
+  Light light(ObjectReader& reader) const {
+    Light light;
+    const LightKind kind = reader.choice("type", words(kLights));
+    if (!reader.clean()) return light;
+    switch (kind) {
+      case LightKind::directional:
+        light.kind = DirectionalLight{.direction = direction(reader)};
+        break;
+      case LightKind::point:
+        light.kind = PointLight{.position = position(reader, "position_m"),
+                                .attenuation = attenuation(reader)};
+        break;
+      case LightKind::spot:
+        light.kind = SpotLight{.position = position(reader, "position_m"),
+                               .direction = direction(reader),
+                               .exponent = reader.number("exponent", {0.0, 1e4}, 1.0),
+                               .attenuation = attenuation(reader)};
+        break;
+      case LightKind::area: {
+        const AreaLight area{.corner = position(reader, "corner_m"),
+                             .edge_u = position(reader, "edge_u_m"),
+                             .edge_v = position(reader, "edge_v_m"),
+                             .attenuation = attenuation(reader)};
+        require_area(reader, area.edge_u, area.edge_v);
+        light.kind = area;
+        break;
+      }
+    }
+    light.intensity = rgb(reader.triple("intensity", kRadiance, ""));
+    reader.reject_unread_members();
+    return light;
+  }
+
+  Vec3 position(ObjectReader& reader, std::string_view key) const {
+    return reader.vec3(key, limits_.assets.max_coordinate, "m");
+  }
+
+  static Vec3 direction(ObjectReader& reader) {
+    const Vec3 direction = reader.vec3("direction", 1e6, "");
+    if (reader.clean() && norm(direction) == 0.0) reader.fault("direction", "must not be zero");
+    return direction;
+  }
+
+  static Attenuation attenuation(ObjectReader& reader) {
+    const std::array<double, 3> a =
+        reader.triple("attenuation", {0.0, 1e6}, "", std::array{1.0, 0.0, 0.0});
+    if (reader.clean() && a[0] + a[1] + a[2] <= 0.0) {
+      reader.fault("attenuation", "must not be zero in all three");
+    }
+    return {a[0], a[1], a[2]};
+  }
+
+  static void require_area(ObjectReader& reader, Vec3 edge_u, Vec3 edge_v) {
+    // The sine between the edges: below 1e-9 the normal is rounding noise.
+    if (reader.clean() && !(norm(cross(edge_u, edge_v)) > 1e-9 * norm(edge_u) * norm(edge_v))) {
+      reader.fault("edge_v_m", "must span an area with edge_u_m");
+    }
+  }
+
+  template <typename Item>
+  static int index_of(std::string_view name, const std::vector<Item>& items, ObjectReader& reader,
+                      std::string_view key) {
+    const auto found = std::ranges::find(items, name, &Item::name);
+    if (found != items.end()) return static_cast<int>(found - items.begin());
+    reader.fault(key, "names no " + std::string(key) + " of this scene: " + shortened(name, 64));
+    return 0;
+  }
+
+  const Limits& limits_;
+  Scene scene_ = {};
+};
+
+}  // namespace
+
+SceneDocument parse_scene(const json& value, std::string_view pointer, const Limits& limits,
+                          FaultList& faults, json* normalised) {
+  json normal;
+  ObjectReader root(value, std::string(pointer), faults, normal);
+  SceneDocument document{.scene = SceneReader(limits).read(root), .canonical = {}};
+  if (normalised != nullptr) *normalised = normal;
+  normal.erase("title");
+  normal.erase("description");
+  document.canonical = json_text(normal);
+  return document;
+}
+
+SceneDocument parse_scene_text(std::string_view text, const Limits& limits) {
+  FaultList faults(limits.faults);
+  SceneDocument document = parse_scene(parse_json(text, limits), "#", limits, faults, nullptr);
+  faults.throw_if_any();
+  return document;
+}
+
+}  // namespace fstop::api

@@ -1,0 +1,151 @@
+#include "core/optics/diffraction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/optics/circular_psf.h"
+#include "core/optics/pinhole.h"
+#include "core/optics/rayleigh_sommerfeld.h"
+#include "tests/references/oracle.h"
+
+namespace fstop {
+namespace {
+
+// The fixture's own statement: 1e-12 absolute.
+TEST(Airy, AgreesWithEveryRowOfTheFixture) {
+  const nlohmann::json table = oracle::fixture("airy");
+  ASSERT_GE(table.at("rows").size(), 10U);
+  for (const nlohmann::json& row : table.at("rows")) {
+    const double v = row.at("v");
+    EXPECT_NEAR(airy_intensity(v), oracle::number(row.at("intensity")), 1e-12) << row.dump();
+    EXPECT_NEAR(airy_encircled_energy(v), oracle::number(row.at("encircled_energy")), 1e-12);
+    EXPECT_EQ(row.size(), 5U);  // s and mtf are read in transfer_test
+  }
+  EXPECT_EQ(airy_intensity(0.0), 1.0);
+  EXPECT_EQ(airy_encircled_energy(0.0), 0.0);
+}
+
+std::string refusal_of(const CircularPupil& pupil, Length wavelength) {
+  try {
+    const CircularPsf psf(pupil, wavelength);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::outside_domain);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(WaveModel, RefusesBelowItsDomainWithTheReason) {
+  EXPECT_EQ(refusal_of(pinhole_pupil(0.35_mm, 50.0_mm), 550.0_nm), "");
+  EXPECT_NE(refusal_of(pinhole_pupil(5.4_um, 50.0_mm), 550.0_nm).find("5 wavelengths, got 4.91"),
+            std::string::npos);
+  EXPECT_EQ(refusal_of(pinhole_pupil(5.6_um, 50.0_mm), 550.0_nm), "");
+  EXPECT_NE(refusal_of(pinhole_pupil(2.0_mm, 10.0_mm), 550.0_nm).find("too close behind the hole"),
+            std::string::npos);
+  // A point close before the hole bends the wave as a close screen does.
+  EXPECT_NE(refusal_of(pinhole_pupil(2.0_mm, 50.0_mm, 10.0_mm), 550.0_nm).find("too close"),
+            std::string::npos);
+  const ThinLens fast{.focal_length = 50.0_mm, .f_number = 0.9};
+  EXPECT_NE(refusal_of(lens_pupil(fast, kInfinitelyFar, 2.0_m), 550.0_nm).find("f-number"),
+            std::string::npos);
+  const ThinLens wide{.focal_length = 50.0_mm, .f_number = 1.4};
+  EXPECT_NE(refusal_of(lens_pupil(wide, kInfinitelyFar, 0.3_m), 550.0_nm).find("defocus |U|"),
+            std::string::npos);
+}
+
+TEST(WaveModel, RefusesWhatIsNoLength) {
+  const Length nan = Length::si(std::numeric_limits<double>::quiet_NaN());
+  for (const Length bad : {Length{}, -(1.0_mm), nan}) {
+    EXPECT_THROW(pinhole_pupil(bad, 50.0_mm), Error);
+    EXPECT_THROW(pinhole_pupil(0.3_mm, bad), Error);
+    EXPECT_THROW(pinhole_pupil(0.3_mm, 50.0_mm, bad), Error);
+    EXPECT_THROW(reduced_defocus(pinhole_pupil(0.3_mm, 50.0_mm), bad), Error);
+    EXPECT_THROW(CircularPsf(pinhole_pupil(0.3_mm, 50.0_mm), bad), Error);
+    EXPECT_THROW(lens_pupil({.focal_length = 50.0_mm, .f_number = 8.0}, 1.0_m, bad), Error);
+    EXPECT_THROW(lens_pupil({.focal_length = 50.0_mm, .f_number = 8.0}, bad, 1.0_m), Error);
+    EXPECT_NE(refusal_of(CircularPupil{.diameter = bad, .image_distance = 50.0_mm}, 550.0_nm), "");
+    EXPECT_NE(refusal_of(CircularPupil{.diameter = 1.0_mm, .image_distance = bad}, 550.0_nm), "");
+  }
+  EXPECT_THROW(pinhole_pupil(kInfinitelyFar, 50.0_mm), Error);
+  EXPECT_THROW(pinhole_pupil(0.3_mm, kInfinitelyFar), Error);
+}
+
+TEST(Regime, FollowsTheFresnelZones) {
+  const auto regime_at = [](double zones) {
+    return diffraction_regime(zones * 2.0 * std::numbers::pi);
+  };
+  EXPECT_EQ(regime_at(0.0), DiffractionRegime::fraunhofer);
+  EXPECT_EQ(regime_at(-0.09), DiffractionRegime::fraunhofer);
+  EXPECT_EQ(regime_at(1.0), DiffractionRegime::fresnel);
+  EXPECT_EQ(regime_at(-33.0), DiffractionRegime::geometric_shadow);
+  EXPECT_EQ(name_of(regime_at(33.0)), "geometric-shadow");
+  // The textbook's series of holes at 50 mm crosses all three.
+  EXPECT_EQ(CircularPsf(pinhole_pupil(2.0_mm, 50.0_mm), 600.0_nm).regime(),
+            DiffractionRegime::geometric_shadow);
+  EXPECT_EQ(CircularPsf(pinhole_pupil(0.35_mm, 50.0_mm), 600.0_nm).regime(),
+            DiffractionRegime::fresnel);
+  EXPECT_EQ(CircularPsf(pinhole_pupil(0.07_mm, 50.0_mm), 600.0_nm).regime(),
+            DiffractionRegime::fraunhofer);
+}
+
+// A lens's defocus and its circle of confusion are one: the shadow's rim v = |U|.
+TEST(LensPupil, ShadowIsTheCircleOfConfusion) {
+  const ThinLens lens{.focal_length = 50.0_mm, .f_number = 16.0};
+  for (const Length focus : {0.5_m, 2.0_m, kInfinitelyFar}) {
+    for (const Length object : {0.4_m, 0.5_m, 3.0_m, kInfinitelyFar}) {
+      const CircularPsf psf(lens_pupil(lens, focus, object), 550.0_nm);
+      EXPECT_NEAR(psf.geometric_diameter().si(), circle_of_confusion(lens, focus, object).si(),
+                  1e-16);
+    }
+  }
+  EXPECT_EQ(reduced_defocus(lens_pupil(lens, kInfinitelyFar, kInfinitelyFar), 550.0_nm), 0.0);
+}
+
+// Relative L2 difference of two intensity profiles, weight rho drho, on the map's range.
+double fresnel_error(double a, double zones) {
+  const double z = a * a / zones;
+  const RoundHole hole{.radius = Length::si(a), .distance = Length::si(z), .wavelength = 1.0_m};
+  const double U = 2.0 * std::numbers::pi * zones;
+  const DefocusField field(U);
+  const double reach = 2.0 * a + 1.5 * z * std::min(1.0, 1.0 / a);
+  const int count = 400;
+  double difference = 0.0;
+  double norm = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const double rho = (i + 0.5) * reach / count;
+    const double truth = rayleigh_sommerfeld_intensity(hole, Length::si(rho)).value;
+    const double model = U * U * field.intensity(2.0 * std::numbers::pi * a * rho / z);
+    difference += (model - truth) * (model - truth) * rho;
+    norm += truth * truth * rho;
+  }
+  return std::sqrt(difference / norm);
+}
+
+// The stated bound against the map of measured errors, and that map against our own integral.
+TEST(WaveModel, PinholeBoundHoldsOverTheMap) {
+  int inside = 0;
+  const nlohmann::json table = oracle::fixture("maps/fresnel_vs_rs");
+  for (const nlohmann::json& row : table.at("rows")) {
+    const double a = row.at("a_over_lambda");
+    const double z = a * row.at("z_over_a").get<double>();
+    const double zones = row.at("N_F");
+    const CircularPupil pupil = pinhole_pupil(Length::si(2.0 * a), Length::si(z));
+    const WaveModelError bound = wave_model_error(pupil, 1.0_m);
+    if (a < 5.0 || bound.aberration >= 0.1) continue;
+    ++inside;
+    const double listed = row.at("relL2_fresnel");
+    EXPECT_LE(listed, bound.total()) << row.dump();
+    if (a > 100.0) continue;
+    EXPECT_NEAR(fresnel_error(a, zones), listed, 0.03 * listed) << row.dump();
+  }
+  EXPECT_GE(inside, 20);
+}
+
+}  // namespace
+}  // namespace fstop

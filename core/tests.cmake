@@ -1,0 +1,22 @@
+# The tests that stand beside their sources: one program a folder.
+fstop_test(core_test LABEL unit SOURCES units_test.cpp geometry_test.cpp LINK fstop_core)
+
+fstop_test(parallel_test LABEL unit threads SOURCES parallel_test.cpp LINK fstop_core)
+
+fstop_test(optics_test LABEL unit
+           SOURCES optics/aperture_test.cpp optics/depth_of_field_test.cpp
+                   optics/exposure_test.cpp optics/pinhole_test.cpp optics/thin_lens_test.cpp
+           LINK fstop_optics fstop_oracle)
+
+fstop_test(sampling_test LABEL unit SOURCES sampling/sequence_test.cpp sampling/warp_test.cpp
+           LINK fstop_sampling fstop_oracle)
+
+fstop_test(camera_test LABEL unit
+           SOURCES camera/camera_spec_test.cpp camera/optical_summary_test.cpp
+                   camera/pinhole_camera_test.cpp camera/thin_lens_camera_test.cpp
+           LINK fstop_camera)
+
+fstop_test(film_test LABEL unit SOURCES film/film_test.cpp LINK fstop_film fstop_oracle)
+
+fstop_test(scene_test LABEL unit SOURCES scene/ray_scene_test.cpp scene/texture_test.cpp
+           LINK fstop_scene)

@@ -1,0 +1,118 @@
+#include "server/command_line.h"
+
+#include <csignal>
+#include <exception>
+#include <iostream>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "api/problem.h"
+#include "api/render_id.h"
+#include "server/commands.h"
+
+namespace fstop::server {
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kRefused = 2;
+
+struct CommandLine {
+  CLI::App app{"fstop: simulates what a camera's optics do to light", "fstop"};
+  ServeOptions serve = {};
+  RenderOptions render = {};
+  ProbeOptions probe = {};
+  std::string optics_request = "-";
+  CLI::App* serve_command = nullptr;
+  CLI::App* render_command = nullptr;
+  CLI::App* optics_command = nullptr;
+  CLI::App* probe_command = nullptr;
+  CLI::App* version_command = nullptr;
+};
+
+void add_serve(CommandLine& line) {
+  ServeOptions& options = line.serve;
+  CLI::App* command = line.app.add_subcommand("serve", "answer HTTP requests");
+  command->add_option("--port", options.port, "0 takes any free one")->capture_default_str();
+  command
+      ->add_option("--address", options.address,
+                   "where to listen; beyond loopback a token file must be given")
+      ->capture_default_str();
+  command->add_option("--token-file", options.token_file,
+                      "file whose first line, 16 or more characters, calls under /v1 must bear");
+  command->add_option("--data-dir", options.data_dir, "folder with scenes of your own in scenes/");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str();
+  command->add_option("--log-file", options.log_file, "instead of standard error");
+  command->add_option("--port-file", options.port_file, "holds the port while the server listens");
+  command->add_option("--web-root", options.web_root, "folder of the web page");
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  line.serve_command = command;
+}
+
+void add_render(CommandLine& line) {
+  RenderOptions& options = line.render;
+  CLI::App* command = line.app.add_subcommand("render", "make one image");
+  command->add_option("request", options.request, "a render request, - for standard input")
+      ->required();
+  command->add_option("--out", options.out, "image file: .png .jpg .webp .tif .exr")->required();
+  command->add_option("--report", options.report, "file for the report, else standard output");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  line.render_command = command;
+}
+
+void add_commands(CommandLine& line) {
+  line.app.require_subcommand(1);
+  add_serve(line);
+  add_render(line);
+  line.optics_command = line.app.add_subcommand("optics", "the numbers of a camera");
+  line.optics_command->add_option("request", line.optics_request,
+                                  "an optics request, - for standard input");
+  line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
+  line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
+  line.probe_command->add_option("--address", line.probe.address, "of the server")
+      ->capture_default_str();
+  line.version_command = line.app.add_subcommand("version", "print the version");
+}
+
+int run_command(const CommandLine& line) {
+  if (line.serve_command->parsed()) return serve(line.serve);
+  if (line.render_command->parsed()) return render(line.render);
+  if (line.optics_command->parsed()) return optics(line.optics_request);
+  if (line.probe_command->parsed()) return probe(line.probe);
+  std::cout << api::engine_version() << '\n';
+  return 0;
+}
+
+int print_problem(const api::Problem& problem) {
+  std::cout << api::to_json(problem) << '\n' << std::flush;
+  return problem.status < 500 ? kRefused : kFailed;
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    CommandLine line;
+    add_commands(line);
+    try {
+      line.app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      const bool asked_for_help = line.app.exit(error) == 0;
+      if (asked_for_help) return 0;
+      return print_problem(api::http_problem(400, "bad-arguments", error.what()));
+    }
+    return run_command(line);
+  } catch (const std::exception& exception) {
+    const api::Problem problem = api::problem(exception);
+    // Here the user is the operator: the cause that a client must not see.
+    if (problem.status >= 500) std::cerr << "fstop: " << exception.what() << '\n';
+    return print_problem(problem);
+  }
+}
+
+}  // namespace fstop::server

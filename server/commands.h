@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "server/config.h"
+
+namespace fstop::server {
+
+struct RenderOptions {
+  std::string request = {};  // a file, or "-" for standard input
+  std::string out = {};      // its extension names the format
+  std::string report = {};   // empty: the report goes to standard output
+  std::string scenes_dir = {};
+  int threads = 0;
+};
+
+struct ProbeOptions {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8080;
+};
+
+// Each returns the exit code of its command. Throws: Error.
+int serve(const ServeOptions& options);
+int render(const RenderOptions& options);
+/// `request`: a file, or "-" for standard input.
+int optics(const std::string& request);
+/// 0 if the server on that port is ready.
+int probe(const ProbeOptions& options);
+
+/// All of a file, or of standard input for "-".
+/// Throws: Error{not_found, over_budget, io_failure}.
+std::string text_of(const std::string& file, std::size_t max_bytes);
+
+/// Writes the whole file or, on failure, nothing: through a file beside it that is then renamed.
+/// Throws: Error{io_failure}.
+void write_file(const std::string& file, std::string_view bytes);
+
+}  // namespace fstop::server

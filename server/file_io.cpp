@@ -1,0 +1,79 @@
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "server/commands.h"
+
+namespace fstop::server {
+namespace {
+
+[[noreturn]] void fail(const std::string& file, int error) {
+  throw Error(ErrorCode::io_failure, "cannot write " + file + ": " + std::strerror(error));
+}
+
+// Write, flush to the disk, close: 0 or the error. Disks that are full may say so only here.
+int written(int descriptor, std::string_view bytes) {
+  int error = 0;
+  while (error == 0 && !bytes.empty()) {
+    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
+    if (count >= 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(count));
+    } else if (errno != EINTR) {
+      error = errno;
+    }
+  }
+  // Pipes and devices cannot be flushed.
+  if (error == 0 && ::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS) error = errno;
+  if (::close(descriptor) != 0 && error == 0) error = errno;
+  return error;
+}
+
+bool is_device(const std::string& file) {
+  struct stat facts = {};
+  return ::stat(file.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode);
+}
+
+}  // namespace
+
+std::string text_of(const std::string& file, std::size_t max_bytes) {
+  std::ifstream stream;
+  if (file != "-") {
+    stream.open(file, std::ios::binary);
+    if (!stream) throw Error(ErrorCode::not_found, "cannot open " + file);
+  }
+  std::istream& source = file == "-" ? std::cin : stream;
+  std::string text(max_bytes + 1, '\0');
+  source.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (source.bad()) throw Error(ErrorCode::io_failure, "cannot read " + file);
+  text.resize(static_cast<std::size_t>(source.gcount()));
+  if (text.size() > max_bytes) {
+    throw Error(ErrorCode::over_budget,
+                file + " has more than " + std::to_string(max_bytes) + " bytes");
+  }
+  return text;
+}
+
+void write_file(const std::string& file, std::string_view bytes) {
+  if (is_device(file)) {  // such as /dev/full or a pipe: nothing to rename
+    const int descriptor = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) fail(file, errno);
+    if (const int error = written(descriptor, bytes)) fail(file, error);
+    return;
+  }
+  const std::string part = file + ".part" + std::to_string(::getpid());
+  const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor < 0) fail(file, errno);
+  int error = written(descriptor, bytes);
+  if (error == 0 && ::rename(part.c_str(), file.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  ::unlink(part.c_str());
+  fail(file, error);
+}
+
+}  // namespace fstop::server

@@ -1,0 +1,133 @@
+#include "server/negotiation.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <utility>
+
+#include <boost/beast/core/string.hpp>
+
+#include "server/static_files.h"
+
+namespace fstop::server {
+namespace {
+
+constexpr std::array kFormats = {ImageFormat::png, ImageFormat::jpeg, ImageFormat::webp,
+                                 ImageFormat::tiff, ImageFormat::exr};
+constexpr std::string_view kReportType = "application/json";
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+// Cuts off and returns what stands before the next `mark`.
+std::string_view next_part(std::string_view& list, char mark) {
+  const std::size_t end = list.find(mark);
+  const std::string_view part = list.substr(0, end);
+  list = end == std::string_view::npos ? std::string_view() : list.substr(end + 1);
+  return trimmed(part);
+}
+
+bool equal(std::string_view a, std::string_view b) {
+  return boost::beast::iequals({a.data(), a.size()}, {b.data(), b.size()});
+}
+
+double quality_of(std::string_view parameters) {
+  while (!parameters.empty()) {
+    std::string_view parameter = next_part(parameters, ';');
+    const std::string_view name = next_part(parameter, '=');
+    if (!equal(name, "q")) continue;
+    double quality = 0.0;
+    std::from_chars(parameter.data(), parameter.data() + parameter.size(), quality);
+    return quality >= 0.0 && quality <= 1.0 ? quality : 0.0;
+  }
+  return 1.0;
+}
+
+// How well a range fits a type: 0 not, 1 any, 2 the kind, 3 exactly.
+int specificity(std::string_view range, std::string_view type) {
+  if (equal(range, type)) return 3;
+  const std::string kind = std::string(type.substr(0, type.find('/') + 1)) + "*";
+  if (equal(range, kind)) return 2;
+  return range == "*/*" || range == "*" ? 1 : 0;
+}
+
+struct Acceptance {
+  double quality = 0.0;
+  int specificity = 0;
+};
+
+// What the most specific range that fits says of `type`.
+Acceptance acceptance(std::string_view accept, std::string_view type) {
+  if (trimmed(accept).empty()) return {.quality = 1.0, .specificity = 1};
+  Acceptance best;
+  while (!accept.empty()) {
+    std::string_view parameters = next_part(accept, ',');
+    const int fit = specificity(next_part(parameters, ';'), type);
+    if (fit > best.specificity) best = {quality_of(parameters), fit};
+  }
+  return best;
+}
+
+Refusal bad_query(std::string detail) {
+  return {http::status::bad_request, "bad-query", std::move(detail)};
+}
+
+std::string format_names() {
+  std::string names;
+  for (const ImageFormat format : kFormats)
+    names += (names.empty() ? "" : ", ") + std::string(format_name(format));
+  return names;
+}
+
+}  // namespace
+
+Representation negotiated(std::string_view accept, ImageFormat preferred, bool may_be_report) {
+  double best_quality = 0.0;
+  Representation best;
+  const auto consider = [&](Representation representation, double quality) {
+    if (quality <= best_quality) return;
+    best = representation;
+    best_quality = quality;
+  };
+  consider(preferred, acceptance(accept, media_type(preferred)).quality);
+  for (const ImageFormat format : kFormats)
+    consider(format, acceptance(accept, media_type(format)).quality);
+  if (may_be_report) {
+    const Acceptance report = acceptance(accept, kReportType);
+    if (report.specificity > 1) consider(std::nullopt, report.quality);
+  }
+  if (best_quality == 0.0) {
+    throw Refusal(http::status::not_acceptable, "not-acceptable",
+                  "Accept names nothing that there is: " + format_names() + " images" +
+                      (may_be_report ? " or application/json" : ""));
+  }
+  return best;
+}
+
+std::map<std::string, std::string> query_parameters(const Request& request,
+                                                    std::span<const std::string_view> known) {
+  std::map<std::string, std::string> parameters;
+  std::string_view rest = request.query;
+  while (!rest.empty()) {
+    std::string_view value = next_part(rest, '&');
+    const std::string name = percent_decoded(next_part(value, '='));
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      throw bad_query("the query has a parameter that is not known here");
+    }
+    if (!parameters.emplace(name, percent_decoded(value)).second)
+      throw bad_query("the query names " + name + " twice");
+  }
+  return parameters;
+}
+
+ImageFormat format_of(std::string_view name) {
+  for (const ImageFormat format : kFormats) {
+    if (name == format_name(format)) return format;
+  }
+  throw bad_query("format must be one of " + format_names());
+}
+
+}  // namespace fstop::server

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/encode/image_codec.h"
+#include "server/http_message.h"
+
+namespace fstop::server {
+
+/// What a reply may be: an image of some format, or the JSON report (no format).
+using Representation = std::optional<ImageFormat>;
+
+/// The best of what `accept` (RFC 9110 12.5.1; empty: anything) admits: the highest quality value,
+/// among equals `preferred`, then the order of ImageFormat. The report is taken only where its
+/// type is named. Throws: Refusal 406.
+Representation negotiated(std::string_view accept, ImageFormat preferred, bool may_be_report);
+
+/// The parameters of a query, decoded. Throws: Refusal 400 for one that is not among `known`, is
+/// there twice or is malformed.
+std::map<std::string, std::string> query_parameters(const Request& request,
+                                                    std::span<const std::string_view> known);
+
+/// The format called `name`. Throws: Refusal 400 listing those there are.
+ImageFormat format_of(std::string_view name);
+
+}  // namespace fstop::server

@@ -1,0 +1,91 @@
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "api/optics_request.h"
+#include "api/picture.h"
+#include "api/render_id.h"
+#include "api/render_request.h"
+#include "api/report_json.h"
+#include "api/scene_store.h"
+#include "core/encode/image_codec.h"
+#include "core/parallel.h"
+#include "core/render/simulation.h"
+#include "core/scene/ray_scene.h"
+#include "server/commands.h"
+#include "server/cpu_meter.h"
+
+namespace fstop::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+// What a file's name says of its format: a format's name, or one of the usual short forms.
+std::optional<ImageFormat> format_of_name(const fs::path& file) {
+  constexpr std::pair<std::string_view, ImageFormat> extensions[] = {
+      {".png", ImageFormat::png},   {".jpeg", ImageFormat::jpeg}, {".jpg", ImageFormat::jpeg},
+      {".webp", ImageFormat::webp}, {".tiff", ImageFormat::tiff}, {".tif", ImageFormat::tiff},
+      {".exr", ImageFormat::exr}};
+  for (const auto& [extension, format] : extensions) {
+    if (file.extension() == extension) return format;
+  }
+  return std::nullopt;
+}
+
+void print(const std::string& text) {
+  std::cout << text << '\n' << std::flush;
+  if (!std::cout) throw Error(ErrorCode::io_failure, "cannot write to standard output");
+}
+
+}  // namespace
+
+int render(const RenderOptions& options) {
+  const api::Limits limits = api::command_line_limits();
+  const auto request = api::parse_render_request(text_of(options.request, limits.body_bytes),
+                                                 limits, api::SceneNames::stored_or_files);
+  const ImageFormat format = format_of_name(options.out).value_or(request.format);
+  const fs::path folder =
+      options.request == "-" ? fs::path(".") : fs::absolute(options.request).parent_path();
+  const api::SceneStore store(
+      {options.scenes_dir.empty() ? bundled_scenes() : fs::path(options.scenes_dir)}, limits);
+  const auto start = std::chrono::steady_clock::now();
+  CpuMeter cpu;
+  const double cpu_start = cpu.start();
+  api::LoadedScene loaded = api::load_beside(request, folder, store, limits);
+  const std::string id = api::render_id(request.canonical, loaded.hash, api::engine_version());
+  const RayScene scene(std::move(loaded.scene));
+  SimulationSpec spec = request.spec;
+  spec.outputs = api::layers_needed(format, spec.outputs);
+  WorkerPool pool(options.threads);
+  const Photograph photograph = simulate(spec, scene, {.workers = &pool});
+  api::Timing timing{.render_ms = milliseconds_since(start), .cpu_ms = cpu.stop(cpu_start)};
+
+  const auto encode_start = std::chrono::steady_clock::now();
+  const auto bytes =
+      encode(api::picture_of(photograph, request.spec, id), format, request.precision);
+  timing.encode_ms = milliseconds_since(encode_start);
+  write_file(options.out, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::string report = api::report_json(id, photograph.report, timing, request.normalised);
+  if (options.report.empty()) {
+    print(report);
+  } else {
+    write_file(options.report, report + "\n");
+  }
+  return 0;
+}
+
+int optics(const std::string& request) {
+  const api::Limits limits = api::command_line_limits();
+  print(api::optics_json(api::parse_optics_request(text_of(request, limits.body_bytes), limits)));
+  return 0;
+}
+
+}  // namespace fstop::server

@@ -1,0 +1,84 @@
+#include "server/routes.h"
+
+#include <optional>
+#include <utility>
+
+namespace fstop::server {
+namespace {
+
+std::vector<std::string_view> segments(std::string_view path) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const std::size_t slash = path.find('/');
+    parts.push_back(path.substr(0, slash));
+    if (slash == std::string_view::npos) return parts;
+    path.remove_prefix(slash + 1);
+  }
+}
+
+bool is_parameter(std::string_view segment) {
+  return segment.size() >= 2 && segment.front() == '{' && segment.back() == '}';
+}
+
+// What stands for the braces of `pattern` in `path`; empty optional where they differ.
+std::optional<std::vector<std::string>> captures(std::string_view pattern, std::string_view path) {
+  const auto expected = segments(pattern);
+  const auto given = segments(path);
+  if (expected.size() != given.size()) return std::nullopt;
+  std::vector<std::string> values;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (is_parameter(expected[i]) && !given[i].empty()) {
+      values.emplace_back(given[i]);
+    } else if (expected[i] != given[i]) {
+      return std::nullopt;
+    }
+  }
+  return values;
+}
+
+Refusal nothing_there() {
+  return Refusal(http::status::not_found, "not-found", "nothing is at this path");
+}
+
+}  // namespace
+
+void Routes::add(http::verb verb, std::string pattern, Handler handler) {
+  routes_.push_back({verb, std::move(pattern), std::move(handler)});
+}
+
+void Routes::set_files(Handler handler) {
+  files_ = {http::verb::get, "/{file}", std::move(handler)};
+}
+
+Routes::Match Routes::match(http::verb verb, std::string_view path) const {
+  const http::verb wanted = verb == http::verb::head ? http::verb::get : verb;
+  for (const Route& route : routes_) {
+    if (route.verb != wanted) continue;
+    if (auto values = captures(route.pattern, path)) return {&route, std::move(*values)};
+  }
+  const std::string allow = allowed(path);
+  if (!allow.empty()) {
+    throw Refusal(http::status::method_not_allowed, "method-not-allowed",
+                  "this path answers " + allow)
+        .with("Allow", allow);
+  }
+  const bool may_be_file = wanted == http::verb::get && !is_api_path(path) && files_.handler;
+  if (!may_be_file) throw nothing_there();
+  return {&files_, {std::string(path)}};
+}
+
+std::string Routes::allowed(std::string_view path) const {
+  bool get = false;
+  bool post = false;
+  for (const Route& route : routes_) {
+    if (!captures(route.pattern, path)) continue;
+    get = get || route.verb == http::verb::get;
+    post = post || route.verb == http::verb::post;
+  }
+  if (!get && !post) return {};
+  return std::string(get ? "GET, HEAD, " : "") + (post ? "POST, " : "") + "OPTIONS";
+}
+
+bool is_api_path(std::string_view path) { return path == "/v1" || path.substr(0, 4) == "/v1/"; }
+
+}  // namespace fstop::server

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/render_request.h"
+#include "api/scene_store.h"
+#include "core/scene/ray_scene.h"
+
+namespace fstop::server {
+
+/// Scenes ready to be traced, by content hash; read and built once while they are in use, and kept
+/// within a bound on their bytes.
+class SceneCache {
+ public:
+  SceneCache(const api::SceneStore& store, std::size_t max_bytes)
+      : store_(store), max_bytes_(max_bytes) {}
+
+  /// The content hash of the scene that `request` names or holds: from memory while its files are
+  /// unchanged (by size and time), else by reading them. Throws: as SceneStore::load.
+  std::string hash(const api::RenderRequest& request);
+
+  /// The scene, built if it is not there. Throws: as SceneStore::load and RayScene.
+  std::shared_ptr<const RayScene> scene(const api::RenderRequest& request, const std::string& hash);
+
+  /// Scenes read from files, and scenes built, since the start.
+  struct Counts {
+    int loaded = 0;
+    int built = 0;
+  };
+  Counts counts() const;
+
+ private:
+  // What a request says of its scene, and the state of the files it stands for.
+  struct Source {
+    std::string key = {};    // of the name or the inline object
+    std::string state = {};  // of its files
+  };
+  struct Entry {
+    std::string hash = {};
+    std::vector<Source> sources = {};
+    std::optional<api::LoadedScene> loaded = {};  // until it is built
+    std::shared_ptr<const RayScene> built = {};
+    bool building = false;
+    std::size_t bytes = 0;
+  };
+
+  Source source_of(const api::RenderRequest& request) const;
+  std::list<Entry>::iterator find_hash(const std::string& hash);
+  void keep(api::LoadedScene loaded, const Source& source);
+  void evict();
+
+  const api::SceneStore& store_;
+  std::size_t max_bytes_;
+  mutable std::mutex mutex_;
+  std::condition_variable built_;
+  std::list<Entry> entries_ = {};  // the one used last first
+  Counts counts_ = {};
+};
+
+}  // namespace fstop::server

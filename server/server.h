@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+
+#include <boost/asio/io_context.hpp>
+
+#include "api/scene_store.h"
+#include "core/parallel.h"
+#include "server/access.h"
+#include "server/config.h"
+#include "server/listener.h"
+#include "server/log.h"
+#include "server/render_cache.h"
+#include "server/render_calls.h"
+#include "server/render_queue.h"
+#include "server/routes.h"
+#include "server/scene_cache.h"
+#include "server/static_files.h"
+#include "server/workers.h"
+
+namespace fstop::server {
+
+/// fstop over HTTP: one thread for all sockets, others for all work.
+class Server {
+ public:
+  /// Listens when it returns; answers once run() is called.
+  /// Throws: Error{io_failure} if the address cannot be listened on.
+  Server(const ServerConfig& config, Log& log, Simulate simulate = fstop::simulate);
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  std::uint16_t port() const { return listener_.port(); }
+  /// Answers requests on the calling thread until stopped.
+  void run();
+  /// From any thread: stops accepting, answers what was admitted, cancels what is left after the
+  /// drain deadline; then run() returns.
+  void stop();
+  /// SIGTERM and SIGINT stop; a second one ends the process at once.
+  void stop_on_signals();
+
+  RenderQueue::Counts render_counts() const { return queue_.counts(); }
+  SceneCache::Counts scene_counts() const { return scenes_.counts(); }
+
+ private:
+  void add_routes();
+  void drain();
+  boost::asio::awaitable<void> drain_deadline();
+  boost::asio::awaitable<void> watch_signals();
+  boost::asio::awaitable<Reply> list_scenes(Call& call);
+  boost::asio::awaitable<Reply> show_scene(Call& call);
+  boost::asio::awaitable<Reply> optics(Call& call);
+
+  ServerConfig config_;
+  Log& log_;
+  boost::asio::io_context io_;
+  api::SceneStore store_;
+  StaticFiles files_;
+  WorkerPool pool_;
+  Workers readers_;
+  Workers encoders_;
+  RenderCache renders_;
+  SceneCache scenes_;
+  RenderCalls render_calls_;
+  RenderQueue queue_;  // its threads end before what they use
+  AccessRules access_;
+  Routes routes_;
+  Listener listener_;
+  bool draining_ = false;
+};
+
+}  // namespace fstop::server

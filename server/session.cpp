@@ -1,0 +1,199 @@
+#include "server/session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <boost/beast/core/string.hpp>
+
+#include "api/problem.h"
+#include "server/reply_head.h"
+
+namespace fstop::server {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr std::size_t kReadBytes = 16384;
+constexpr int kClientGoneStatus = 499;
+
+Refusal too_slow(const char* what) {
+  return Refusal(http::status::request_timeout, "request-timeout",
+                 std::string("the ") + what + " did not arrive in time")
+      .closing();
+}
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+Session::Session(asio::ip::tcp::socket socket, const SessionContext& context, std::uint64_t number)
+    : connection_(std::move(socket)), context_(context), id_prefix_(std::to_string(number) + "-") {}
+
+void Session::finish() {
+  finishing_ = true;
+  if (!busy_) connection_.abort();
+}
+
+asio::awaitable<void> Session::run() {
+  bool more = true;
+  while (more && !finishing_) more = co_await exchange();
+}
+
+// Reads one request and answers it. False: the connection has ended.
+asio::awaitable<bool> Session::exchange() {
+  Request request;
+  RequestRecord record;
+  request.id = record.id = id_prefix_ + std::to_string(++exchanges_);
+  record.peer = connection_.peer();
+  busy_ = !unread_.empty();
+  if (!busy_) {
+    const auto deadline = Clock::now() + context_.limits.idle_deadline;
+    if (co_await connection_.read_some(unread_, kReadBytes, deadline) == 0) co_return false;
+    busy_ = true;
+  }
+  const auto start = Clock::now();
+  const std::optional<Reply> reply = co_await answer(request, record);
+  bool sent = false;
+  if (reply) {
+    sent = co_await send(request, *reply);
+    record.status = static_cast<int>(reply->status);
+    record.reply_bytes = reply->bytes().size();
+  } else {
+    record.status = kClientGoneStatus;
+  }
+  record.method = request.method;
+  record.path = request.path.empty() ? request.target : request.path;
+  record.duration_ms = milliseconds_since(start);
+  context_.log.request(record);
+  busy_ = false;
+  if (sent && !request.keep_alive) co_await connection_.linger();
+  co_return sent&& request.keep_alive;
+}
+
+// The reply to one request; none where the client is gone. Clears request.keep_alive where the
+// connection must end with it. The one place where exceptions end.
+asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestRecord& record) {
+  RequestParser parser(request,
+                       {.max_head_bytes = context_.limits.header_bytes,
+                        .max_fields = static_cast<std::size_t>(context_.limits.header_fields),
+                        .max_body_bytes = context_.limits.body_bytes});
+  std::exception_ptr failure;
+  std::optional<Reply> reply;
+  try {
+    if (!co_await read_head(parser)) co_return std::nullopt;
+    reply = co_await dispatch(request, parser, record);
+  } catch (const ClientGone&) {
+    co_return std::nullopt;
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  if (failure) reply = reply_of(failure, record);
+  if (reply->close || finishing_ || has_unread_body(parser)) request.keep_alive = false;
+  reply->set("Fstop-Request-Id", request.id);
+  co_return reply;
+}
+
+bool Session::has_unread_body(const RequestParser& parser) const {
+  return !parser.is_header_done() || !parser.is_done();
+}
+
+asio::awaitable<bool> Session::read_head(RequestParser& parser) {
+  HeadScanner scanner(context_.limits.header_bytes);
+  const auto deadline = Clock::now() + context_.limits.header_deadline;
+  bool skipped_empty_line = false;
+  for (;;) {
+    if (!skipped_empty_line && unread_.starts_with("\r\n")) {  // RFC 9112 2.2
+      unread_.erase(0, 2);
+      skipped_empty_line = true;
+    }
+    const bool undecided = !skipped_empty_line && unread_ == "\r";
+    if (const auto length = undecided ? std::nullopt : scanner.scan(unread_)) {
+      parser.read_head(std::string_view(unread_).substr(0, *length));
+      unread_.erase(0, *length);
+      co_return true;
+    }
+    if (co_await connection_.read_some(unread_, kReadBytes, deadline) == 0) {
+      if (connection_.timed_out()) throw too_slow("header");
+      co_return false;
+    }
+  }
+}
+
+asio::awaitable<void> Session::read_body(const Request& request, RequestParser& parser) {
+  const auto deadline = Clock::now() + context_.limits.body_deadline;
+  const bool is_expected = !request.header("Expect").empty();
+  if (is_expected && unread_.empty()) {
+    constexpr std::string_view go_on = "HTTP/1.1 100 Continue\r\n\r\n";
+    if (!co_await connection_.write(go_on, {}, context_.limits.write_deadline)) throw ClientGone();
+  }
+  for (;;) {
+    if (!unread_.empty()) unread_.erase(0, parser.read_body(unread_));
+    if (parser.is_done()) co_return;
+    // Beast waits for the end of a chunk's line or of the trailers however long they become.
+    if (unread_.size() >= kReadBytes) {
+      throw Refusal(http::status::bad_request, "bad-framing", "a chunk's header is too long")
+          .closing();
+    }
+    if (co_await connection_.read_some(unread_, kReadBytes, deadline) == 0) {
+      if (connection_.timed_out()) throw too_slow("body");
+      throw ClientGone();
+    }
+  }
+}
+
+asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser,
+                                         RequestRecord& record) {
+  resolve_target(request);
+  context_.access.check(request);
+  if (request.verb == http::verb::options) {
+    const std::string allow =
+        request.path == "*" ? "GET, HEAD, POST, OPTIONS" : context_.routes.allowed(request.path);
+    if (allow.empty()) (void)context_.routes.match(request.verb, request.path);  // throws 404
+    Reply reply{.status = http::status::no_content};
+    reply.set("Allow", allow);
+    co_return reply;
+  }
+  Routes::Match match = context_.routes.match(request.verb, request.path);
+  record.route = match.route->pattern;
+  if (request.verb == http::verb::post) {
+    check_content(request);
+    if (!parser.is_done()) co_await read_body(request, parser);
+  } else if (!parser.is_done()) {
+    throw Refusal(http::status::bad_request, "unexpected-body",
+                  "a " + request.method + " request has no body here")
+        .closing();
+  }
+  Call call{request, std::move(match.parameters), connection_, record};
+  co_return co_await match.route->handler(call);
+}
+
+asio::awaitable<bool> Session::send(const Request& request, const Reply& reply) {
+  const bool without_body = request.verb == http::verb::head;
+  co_return co_await connection_.write(reply_head(reply, request.keep_alive),
+                                       without_body ? std::span<const char>() : reply.bytes(),
+                                       context_.limits.write_deadline);
+}
+
+Reply reply_of(const std::exception_ptr& failure, RequestRecord& record) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const Refusal& refusal) {
+    Reply reply =
+        problem_reply(static_cast<int>(refusal.status()), refusal.slug(), refusal.detail());
+    for (const auto& [name, value] : refusal.headers()) reply.set(name, value);
+    reply.close = refusal.close();
+    return reply;
+  } catch (const std::exception& exception) {
+    const api::Problem problem = api::problem(exception);
+    record.error = exception.what();
+    Reply reply{.status = http::int_to_status(static_cast<unsigned>(problem.status)),
+                .body = api::to_json(problem)};
+    reply.set("Content-Type", "application/problem+json");
+    if (problem.status == 503) reply.set("Retry-After", "1");
+    return reply;
+  }
+}
+
+}  // namespace fstop::server

@@ -1,0 +1,15 @@
+// What the sanitizers must not report: what happens inside libraries that are not instrumented.
+// Linked into every test program.
+extern "C" {
+
+const char* __tsan_default_suppressions();
+const char* __lsan_default_suppressions();
+
+const char* __tsan_default_suppressions() {
+  return "called_from_lib:libtbb.so\n"
+         "called_from_lib:libembree3.so\n";
+}
+
+// Both keep pools of their own until the process ends.
+const char* __lsan_default_suppressions() { return "leak:libtbb.so\nleak:libOpenImageIO\n"; }
+}

@@ -1,0 +1,144 @@
+/// fstop's HTTP interface as functions. The only place of the page that calls `fetch`.
+import type { OpticsReport, OpticsRequest, Problem, RenderReport } from "./contract.ts";
+import type { RenderRequest, SceneList, SceneSummary } from "./contract.ts";
+
+/// An image and what its reply's headers say of it; texts are empty where absent.
+export interface RenderedImage {
+  id: string;
+  method: string;
+  error: ReadonlyMap<string, number>; // estimate, upper_95
+  picture: Blob;
+  round_trip_ms: number;
+  timings_ms: ReadonlyMap<string, number>;
+}
+
+/// The server refuses the request or fails at it, and says why.
+export class RefusedError extends Error {
+  constructor(
+    readonly status: number,
+    readonly problem: Problem,
+  ) {
+    super(problem.detail ?? problem.title ?? `The server answered with status ${status}.`);
+  }
+}
+
+/// The server has no room now and names the time after which it may.
+export class BusyError extends Error {
+  constructor(readonly retry_after_ms: number) {
+    super("The server is busy.");
+  }
+}
+
+/// The render takes longer than a reply may: the server made it a job.
+export class DeferredError extends Error {
+  constructor(readonly job: string) {
+    super(
+      `This picture takes longer than the server lets a page wait; it goes on as ${job}. ` +
+        "A larger error or a smaller aperture is faster.",
+    );
+  }
+}
+
+/// No answer came: the server is away or the connection broke.
+export class UnreachableError extends Error {
+  constructor(cause: unknown) {
+    super("The fstop server does not answer.", { cause });
+  }
+}
+
+export type Fetch = (input: URL, init: RequestInit) => Promise<Response>;
+
+export class ApiClient {
+  /// `base`: the address of the page, below which the interface lies.
+  constructor(
+    private readonly base_: string,
+    private readonly fetch_: Fetch = (input, init) => fetch(input, init),
+  ) {}
+
+  async scenes(signal: AbortSignal): Promise<SceneSummary[]> {
+    return (await this.json_<SceneList>("v1/scenes", { signal })).scenes;
+  }
+
+  async render(request: RenderRequest, signal: AbortSignal): Promise<RenderedImage> {
+    const start_ms = performance.now();
+    const reply = await this.reply_("v1/renders", {
+      ...post_of(request, "image/png, application/problem+json"),
+      signal,
+    });
+    const picture = await reply.blob();
+    return {
+      id: reply.headers.get("Fstop-Render-Id") ?? "",
+      method: reply.headers.get("Fstop-Method") ?? "",
+      error: numbers_of(reply.headers.get("Fstop-Error")),
+      picture,
+      round_trip_ms: performance.now() - start_ms,
+      timings_ms: timings_of(reply.headers.get("Server-Timing")),
+    };
+  }
+
+  report(id: string, signal: AbortSignal): Promise<RenderReport> {
+    return this.json_(`v1/renders/${encodeURIComponent(id)}`, { signal });
+  }
+
+  optics(request: OpticsRequest, signal: AbortSignal): Promise<OpticsReport> {
+    return this.json_("v1/optics", { ...post_of(request, "application/json"), signal });
+  }
+
+  private async json_<Answer>(path: string, init: RequestInit): Promise<Answer> {
+    const reply = await this.reply_(path, init);
+    return (await reply.json()) as Answer;
+  }
+
+  /// The reply with what was asked for. Throws: one of the errors above, or the signal's reason.
+  private async reply_(path: string, init: RequestInit): Promise<Response> {
+    let reply: Response;
+    try {
+      reply = await this.fetch_(new URL(path, this.base_), init);
+    } catch (error) {
+      init.signal?.throwIfAborted();
+      throw new UnreachableError(error);
+    }
+    if (reply.status === 202) throw new DeferredError(reply.headers.get("Location") ?? "a job");
+    if (reply.status === 503 || reply.status === 429)
+      throw new BusyError(retry_after_ms(reply.headers.get("Retry-After"), Date.now()));
+    if (!reply.ok) throw new RefusedError(reply.status, await problem_of(reply));
+    return reply;
+  }
+}
+
+/// Milliseconds that a `Retry-After` asks to wait: seconds or a date; one second where it is
+/// absent or unreadable. At least 100 ms, so that a server that says 0 is not flooded.
+export function retry_after_ms(header: string | null, now_ms: number): number {
+  const text = header?.trim() ?? "";
+  const wait_ms = /^\d+$/.test(text) ? 1000 * Number(text) : Date.parse(text) - now_ms;
+  return Number.isNaN(wait_ms) ? 1000 : Math.max(wait_ms, 100);
+}
+
+/// The durations of a `Server-Timing` header by name.
+export function timings_of(header: string | null): Map<string, number> {
+  const timings_ms = new Map<string, number>();
+  for (const metric of header?.split(",") ?? []) {
+    const [name, ...parameters] = metric.split(";").map((part) => part.trim());
+    const duration = parameters.find((parameter) => parameter.startsWith("dur="));
+    const value_ms = Number(duration?.slice("dur=".length));
+    if (name && Number.isFinite(value_ms)) timings_ms.set(name, value_ms);
+  }
+  return timings_ms;
+}
+
+/// The numbers of a header like "estimate=0.0071, upper_95=0.0082" by name.
+export function numbers_of(header: string | null): Map<string, number> {
+  const pairs = (header?.split(",") ?? []).map((pair) => pair.trim().split("=", 2));
+  const numbers = pairs.map(([name, text]) => [name ?? "", Number(text)] as const);
+  return new Map(numbers.filter(([name, value]) => name !== "" && Number.isFinite(value)));
+}
+
+function post_of(body: unknown, accept: string): RequestInit {
+  const headers = { "Content-Type": "application/json", Accept: accept };
+  return { method: "POST", headers, body: JSON.stringify(body) };
+}
+
+async function problem_of(reply: Response): Promise<Problem> {
+  const type = reply.headers.get("Content-Type") ?? "";
+  return /\bjson\b/.test(type) ? ((await reply.json()) as Problem) : { status: reply.status };
+}

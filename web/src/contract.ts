@@ -1,0 +1,30 @@
+/// The parts of the HTTP contract that the page reads and writes, by their names in openapi.json
+/// (`npm run types` makes api_types.ts from it).
+import type { components } from "./api_types.ts";
+
+type Schemas = components["schemas"];
+
+/// JSON has no infinity: an infinite value is the string "infinity", in and out.
+export type Distance = Schemas["Number"];
+
+export type Camera = Schemas["Camera"];
+export type RenderRequest = Schemas["RenderRequest"];
+export type OpticsRequest = Schemas["OpticsRequest"];
+
+export type SceneList = Schemas["SceneList"];
+export type SceneSummary = Schemas["SceneSummary"];
+export type RenderReport = Schemas["RenderReport"];
+export type ModelledEffect = Schemas["ModelledEffect"];
+export type OpticsReport = Schemas["OpticsReport"];
+export type OpticsAtDistance = Schemas["OpticsAtDistance"];
+export type PinholeOptics = Schemas["PinholeOptics"];
+
+/// One fault of a refused request: where it is and what is wrong with it.
+export type Fault = Schemas["FieldFault"];
+/// RFC 9457; what a reply that is none of fstop's own lacks, is absent.
+export type Problem = Partial<Schemas["Problem"]>;
+
+export interface ImageSize {
+  width: number;
+  height: number;
+}

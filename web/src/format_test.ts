@@ -1,0 +1,27 @@
+import { describe, expect, it } from "vitest";
+import { duration, error_size, quantity } from "./format.ts";
+
+describe("numbers as text", () => {
+  it("have four digits, a unit and a true minus sign", () => {
+    expect(quantity(51.282051282051285, "mm")).toBe("51.28\u00a0mm");
+    expect(quantity(-0.0123456)).toBe("\u22120.01235");
+    expect(quantity(12345.6, "m")).toBe("12350\u00a0m");
+    expect(quantity(0, "px")).toBe("0\u00a0px");
+  });
+
+  it("show infinity as its sign and what is absent as a dash", () => {
+    expect(quantity("infinity", "m")).toBe("∞");
+    expect(quantity(undefined, "m")).toBe("–");
+    expect(quantity(null)).toBe("–");
+  });
+
+  it("claim two digits of an error", () => {
+    expect(error_size(0.0071234)).toBe("0.0071");
+    expect(error_size("infinity")).toBe("∞");
+  });
+
+  it("read as milliseconds or seconds", () => {
+    expect(duration(812.4)).toBe("812\u00a0ms");
+    expect(duration(3180)).toBe("3.2\u00a0s");
+  });
+});

@@ -1,0 +1,1 @@
+import "./fstop_app.ts";

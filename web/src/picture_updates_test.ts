@@ -1,0 +1,100 @@
+import { describe, expect, it } from "vitest";
+import { BusyError, RefusedError } from "./api_client.ts";
+import type { RenderedImage } from "./api_client.ts";
+import type { RenderReport, RenderRequest } from "./contract.ts";
+import { kNoPicture, picture_updates } from "./picture_updates.ts";
+import type { PictureSource, PictureView } from "./picture_updates.ts";
+import { kDefaultState } from "./state.ts";
+import type { PlaygroundState } from "./state.ts";
+
+const kState: PlaygroundState = { ...kDefaultState, scene: "charts" };
+
+function image_of(request: RenderRequest): RenderedImage {
+  const id = `${request.image?.width}`;
+  const picture = new Blob([]);
+  return {
+    id,
+    method: "pinhole",
+    error: new Map(),
+    picture,
+    round_trip_ms: 1,
+    timings_ms: new Map(),
+  };
+}
+
+/// The page hands reports on without looking into them.
+function report_of(id: string): RenderReport {
+  return { id } as RenderReport;
+}
+
+/// A server whose renders fail with the given errors first, and the requests it has seen.
+function source_with(...errors: Error[]) {
+  const requests: RenderRequest[] = [];
+  const source: PictureSource = {
+    render: async (request) => {
+      requests.push(request);
+      const error = errors.shift();
+      if (error) throw error;
+      return image_of(request);
+    },
+    report: async (id) => report_of(id),
+  };
+  return { source, requests };
+}
+
+async function views(source: PictureSource, state: PlaygroundState, signal: AbortSignal) {
+  const seen: PictureView[] = [kNoPicture];
+  for await (const update of picture_updates(source, state, signal))
+    seen.push({ ...(seen.at(-1) ?? kNoPicture), ...update });
+  return seen;
+}
+
+describe("picture updates", () => {
+  it("show a preview, then the picture asked for, each with its own report", async () => {
+    const { source, requests } = source_with();
+    const seen = await views(source, kState, new AbortController().signal);
+    expect(
+      requests.map(({ image, quality }) => [image?.width, image?.height, quality?.max_error]),
+    ).toEqual([
+      [480, 320, 0.03],
+      [960, 640, 0.01],
+    ]);
+    for (const { image, report } of seen) if (report) expect(report.id).toBe(image?.id);
+    expect(seen.at(-1)).toMatchObject({
+      activity: "idle",
+      image: { id: "960" },
+      report: { id: "960" },
+    });
+  });
+
+  it("never preview better than what was asked for", async () => {
+    const { source, requests } = source_with();
+    await views(source, { ...kState, max_error: 0.05 }, new AbortController().signal);
+    expect(requests.map(({ quality }) => quality?.max_error)).toEqual([0.05, 0.05]);
+  });
+
+  it("wait as long as a busy server asks and try again", async () => {
+    const { source, requests } = source_with(new BusyError(5), new BusyError(5));
+    const seen = await views(source, kState, new AbortController().signal);
+    expect(requests).toHaveLength(4);
+    expect(seen.filter(({ activity }) => activity === "waiting")).toHaveLength(2);
+    expect(seen.at(-1)?.image?.id).toBe("960");
+  });
+
+  it("end with the faults of a refused request and without a second one", async () => {
+    const errors = [{ pointer: "#/camera/lens/focus_distance_m", detail: "must exceed f" }];
+    const { source, requests } = source_with(new RefusedError(422, { errors }));
+    const seen = await views(source, kState, new AbortController().signal);
+    expect(requests).toHaveLength(1);
+    expect(seen.at(-1)).toMatchObject({ activity: "idle", complaint: { faults: errors } });
+  });
+
+  it("fall silent when aborted, also while waiting", async () => {
+    const abort = new AbortController();
+    const { source, requests } = source_with(new BusyError(60_000));
+    setTimeout(() => abort.abort(), 20);
+    const seen = await views(source, kState, abort.signal);
+    expect(requests).toHaveLength(1);
+    expect(seen.at(-1)).toMatchObject({ activity: "waiting", complaint: kNoPicture.complaint });
+  });
+});
