@@ -44,7 +44,8 @@ class Attributes {
   void add(std::string name, std::variant<double, int, std::string> value) {
     list_.push_back({std::move(name), std::move(value)});
   }
-  // In the unit that the name says, or in the one OpenEXR's standard attributes prescribe.
+  // In the unit that the name says, or in the one that OpenEXR's standard attributes prescribe
+  // (openexr.com, StandardAttributes: focus m, focal lengths mm, photosite pitch microns).
   void add_length(std::string name, std::string_view unit, Length length) {
     add(std::move(name), unit_of_suffix(unit).number(length));
   }
@@ -56,13 +57,13 @@ class Attributes {
 
 void add_optics(Attributes& attributes, const CameraSpec& camera) {
   if (const auto* lens = std::get_if<LensSpec>(&camera.optics)) {
-    attributes.add("FNumber", lens->lens.f_number);  // OpenEXR: aperture
+    attributes.add("aperture", lens->lens.f_number);
     attributes.add_length("focus", "_m", lens->focus_distance);
     attributes.add_length("nominalFocalLength", "_mm", lens->lens.focal_length);
     attributes.add("fstop:blades", lens->aperture.blades);
     attributes.add("fstop:breathing", camera.breathing ? 1 : 0);
   } else {
-    attributes.add("FNumber", working_f_number(camera));
+    attributes.add("aperture", working_f_number(camera));
     attributes.add_length("fstop:pinholeDiameterMm", "_mm", pupil_diameter(camera));
   }
   // The distance from the centre of projection to the sensor, of lens and pinhole alike.
@@ -77,7 +78,7 @@ std::vector<ImageAttribute> attributes_of(const SimulationSpec& spec, std::strin
   attributes.add("fstop:requestHash", std::string(id));
   attributes.add("fstop:seed", std::to_string(spec.seed));  // 32 bits unsigned: no int of EXR
   add_optics(attributes, camera);
-  attributes.add("ExposureTime", camera.shutter_seconds);  // OpenEXR: expTime, seconds
+  attributes.add("expTime", camera.shutter_seconds);
   if (camera.exposure) attributes.add("isoSpeed", camera.exposure->iso);
   attributes.add_length("sensorPhotositePitch", "_um", camera.sensor_width / spec.width);
   attributes.add_length("fstop:sensorWidthMm", "_mm", camera.sensor_width);

@@ -77,7 +77,8 @@ class Pose {
   constexpr Pose() = default;
 
   /// At `position`, looking at `target`, `up` upwards in the image.
-  /// Throws: Error{outside_domain} if target equals position or up is parallel to the line of sight.
+  /// Throws: Error{outside_domain} if target equals position or up is parallel to the line of
+  /// sight.
   static Pose looking_at(Vec3 position, Vec3 target, Vec3 up);
 
   constexpr Vec3 vector(Vec3 camera) const {

@@ -8,9 +8,9 @@ namespace fstop {
 
 /// How a long computation is run, stopped and watched; never what it computes.
 struct RunControl {
-  std::stop_token stop = {};                      // asked for often: work ends within 50 ms
-  std::function<void(double)> progress = {};      // fraction done, 0 to 1, not decreasing
-  class WorkerPool* workers = nullptr;            // null: the calling thread alone
+  std::stop_token stop = {};                  // asked for often: work ends within 50 ms
+  std::function<void(double)> progress = {};  // fraction done, 0 to 1, not decreasing
+  class WorkerPool* workers = nullptr;        // null: the calling thread alone
 };
 
 /// Threads that share tile loops. Results never depend on their number.

@@ -40,11 +40,15 @@ static_assert(std::is_same_v<decltype(sqrt(Area{})), Length>);
 static_assert(sizeof(Length) == sizeof(double));
 static_assert(std::is_trivially_copyable_v<Length>);
 
+// A whole number divided by 1000 is the double nearest to the quotient; times 0.001 it need not be.
 TEST(Units, LiteralsEqualTheirMetresToTheLastBit) {
   EXPECT_EQ(35.0_mm, 0.035_m);
-  EXPECT_EQ(50.0_mm, 0.05_m);
+  EXPECT_EQ(9.0_mm, 0.009_m);
+  EXPECT_EQ(18.0_mm, 0.018_m);
+  EXPECT_EQ(5.0_um, 5e-6_m);
+  EXPECT_EQ(15.0_um, 15e-6_m);
   EXPECT_EQ(550.0_nm, 550e-9_m);
-  EXPECT_EQ(1.2_um, 1.2e-6_m);
+  EXPECT_EQ(7.0_nm, 7e-9_m);
 }
 
 TEST(Units, ArithmeticIsThatOfTheNumbers) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/encode/image_codec.h"
+#include "api/picture.h"
 #include "server/http_message.h"
 
 namespace fstop::server {

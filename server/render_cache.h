@@ -9,9 +9,9 @@
 #include <string>
 #include <unordered_map>
 
+#include "api/picture.h"
+#include "api/render_request.h"
 #include "api/report_json.h"
-#include "core/encode/image_codec.h"
-#include "core/render/simulation.h"
 #include "server/http_message.h"
 
 namespace fstop::server {

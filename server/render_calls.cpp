@@ -21,6 +21,9 @@ namespace asio = boost::asio;
 using asio::experimental::awaitable_operators::operator||;
 using SteadyClock = std::chrono::steady_clock;
 
+// Requests being read for each place in the queue: most may ask for what is there already.
+constexpr int kPreparedPerPlace = 8;
+
 // The id says all that the bytes depend on, so they never change.
 constexpr const char* kUnchanging = "private, max-age=31536000, immutable";
 
@@ -72,7 +75,7 @@ asio::awaitable<Reply> RenderCalls::create(Call& call) {
     throw Refusal(http::status::service_unavailable, "draining", "the server is about to stop")
         .with("Retry-After", "5");
   }
-  if (preparing_ > services_.limits.queued_renders) {
+  if (preparing_ >= kPreparedPerPlace * services_.limits.queued_renders) {
     throw Refusal(http::status::service_unavailable, "overloaded", "too many requests at once")
         .with("Retry-After", "1");
   }

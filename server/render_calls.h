@@ -10,7 +10,6 @@
 #include "api/limits.h"
 #include "api/render_request.h"
 #include "api/scene_store.h"
-#include "core/render/simulation.h"
 #include "server/cpu_meter.h"
 #include "server/log.h"
 #include "server/negotiation.h"

@@ -11,10 +11,7 @@
 #include "api/render_request.h"
 #include "api/report_json.h"
 #include "api/scene_store.h"
-#include "core/encode/image_codec.h"
 #include "core/parallel.h"
-#include "core/render/simulation.h"
-#include "core/scene/ray_scene.h"
 #include "server/commands.h"
 #include "server/cpu_meter.h"
 

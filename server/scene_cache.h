@@ -11,7 +11,6 @@
 
 #include "api/render_request.h"
 #include "api/scene_store.h"
-#include "core/scene/ray_scene.h"
 
 namespace fstop::server {
 

@@ -8,7 +8,8 @@
 namespace fstop {
 
 Length sensor_distance(const CameraSpec& camera) {
-  if (const auto* pinhole = std::get_if<PinholeSpec>(&camera.optics)) return pinhole->image_distance;
+  if (const auto* pinhole = std::get_if<PinholeSpec>(&camera.optics))
+    return pinhole->image_distance;
   const auto& spec = std::get<LensSpec>(camera.optics);
   // Asked for even where the sensor stays at f: a lens that cannot focus there is refused.
   magnification(spec.lens.focal_length, spec.focus_distance);

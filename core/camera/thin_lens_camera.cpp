@@ -7,9 +7,8 @@ namespace fstop {
 
 ThinLensCamera::ThinLensCamera(const ThinLens& lens, Length focus_distance, const Sensor& sensor,
                                const Pose& world_from_camera)
-    : ThinLensCamera(lens, focus_distance,
-                     fstop::image_distance(lens.focal_length, focus_distance), sensor,
-                     world_from_camera) {}
+    : ThinLensCamera(lens, focus_distance, fstop::image_distance(lens.focal_length, focus_distance),
+                     sensor, world_from_camera) {}
 
 ThinLensCamera::ThinLensCamera(const ThinLens& lens, Length focus_distance, Length sensor_distance,
                                const Sensor& sensor, const Pose& world_from_camera)

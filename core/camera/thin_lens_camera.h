@@ -24,7 +24,8 @@ class ThinLensCamera {
   /// world space, unit direction.
   Ray ray(Vec2 raster, Vec2 pupil) const noexcept {
     const Vec3 origin{pupil.x * pupil_radius_, pupil.y * pupil_radius_, 0.0};
-    const Vec3 chief = sensor_.upright_point(raster, image_distance_);  // unflipped, before the lens
+    const Vec3 chief =
+        sensor_.upright_point(raster, image_distance_);  // unflipped, before the lens
     // Rays of one raster point meet at chief * (s/v); divided by s, the aim is finite at infinity.
     const Vec3 aim = chief * (1.0 / image_distance_) - origin * focus_vergence_;
     return {world_from_camera_.point(origin), normalized(world_from_camera_.vector(aim))};

@@ -40,6 +40,20 @@ std::optional<ImageFormat> format_of(std::span<const std::byte> bytes) {
 
 [[noreturn]] void refuse(const std::string& reason) { throw Error(ErrorCode::bad_image, reason); }
 
+// OpenImageIO leaks where libpng jumps out of it at the end of the bytes.
+bool has_all_png_chunks(std::span<const std::byte> bytes) {
+  for (std::size_t at = 8; bytes.size() - at >= 12;) {
+    std::size_t length = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      length = length << 8U | std::to_integer<std::size_t>(bytes[at + i]);
+    }
+    if (length > bytes.size() - at - 12) return false;
+    if (starts_with(bytes, at + 4, "IEND")) return true;
+    at += length + 12;
+  }
+  return false;
+}
+
 // "N" of "N.X"; the colour channels of a file share the empty stem; others are their own.
 std::string stem_of(const std::string& channel) {
   if (const std::size_t dot = channel.rfind('.'); dot != std::string::npos) {
@@ -160,6 +174,7 @@ void read_layers(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, Picture& 
 Picture decode(std::span<const std::byte> bytes) {
   const std::optional<ImageFormat> format = format_of(bytes);
   if (!format) refuse("the bytes are no PNG, JPEG, WebP, TIFF or EXR file");
+  if (*format == ImageFormat::png && !has_all_png_chunks(bytes)) refuse("the PNG is truncated");
   OIIO::attribute("exr_threads", -1);  // OpenEXR's pool stays out of it
   // The reader of this format alone: left to itself, OpenImageIO tries them all.
   const std::string name(format_name(*format));

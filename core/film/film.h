@@ -24,9 +24,9 @@ struct PixelSums {
 
 /// How far the mean of a film's samples may be from their limit.
 struct NoiseEstimate {
-  double mse = 0.0;              // mean over pixels and channels, values clipped to [0,1]
-  double mse_upper_95 = 0.0;     // one-sided
-  double energy = 0.0;           // standard error of the total unclipped energy over the total
+  double mse = 0.0;           // mean over pixels and channels, values clipped to [0,1]
+  double mse_upper_95 = 0.0;  // one-sided
+  double energy = 0.0;        // standard error of the total unclipped energy over the total
 };
 
 /// Samples on their way to pixels. They arrive in passes of equally many samples a pixel, each

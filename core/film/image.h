@@ -24,7 +24,9 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, int channels)
-      : width_(width), height_(height), channels_(channels),
+      : width_(width),
+        height_(height),
+        channels_(channels),
         pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
                 static_cast<std::size_t>(channels)) {}
 

@@ -1,5 +1,6 @@
 #include "core/optics/diffraction.h"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
@@ -98,7 +99,9 @@ WaveModelError wave_model_error(const CircularPupil& pupil, Length wavelength) n
   const double slope = a / z;
   if (pupil.has_lens) {
     const double defocus = 2.0 * std::numbers::pi * (a / lambda) * a * pupil.defocus.si();
-    error.aberration = 0.6 * (std::abs(defocus) + 4.0) * slope * slope;
+    const double m = 1.0 - z * pupil.defocus.si();
+    error.aberration =
+        slope * slope * (0.8 + std::max(3.0, 1.0 + m + m * m) / 6.0 * std::sqrt(std::abs(defocus)));
   } else {
     const double object_slope = a / pupil.object_distance.si();
     error.aberration =

@@ -60,12 +60,13 @@ struct WaveModelError {
 /// The bound of the model's own error:
 ///
 ///     0.25 (lambda/a)^2 + 1.2 a^4/lambda (1/z^3 + 1/u^3)                   for a pinhole
-///     0.25 (lambda/a)^2 + 0.6 (|U| + 4) (a/z)^2                            for a lens
+///     0.25 (lambda/a)^2 + (a/z)^2 [0.8 + max(3, 1 + m + m^2)/6 sqrt(|U|)]  for a lens
 ///
-/// The pinhole's law was fitted to quadratures for a from 0.5 to 300 wavelengths; the lens's
-/// carries its constants over to the quartic phase of the defocused sphere, 3/8 |U| (a/z)^2, and to
-/// a field angle's sine for its tangent. Its lens is free of every aberration.
-/// Valid: a >= 5 lambda; aberration below 0.1 (pinhole), a/z <= 0.5 (lens).
+/// Both were fitted to quadratures of the first integral: the pinhole's for a from 0.5 to 300
+/// wavelengths, the lens's for f/1.2 to f/16, -5 to 20 waves of defocus and m up to 17. The lens
+/// makes a perfect sphere that converges at z/m, m = 1 - z (1/z + 1/u - 1/f), with uniform
+/// amplitude over its flat pupil; its quartic phase is |U| (a/z)^2 (1 + m + m^2)/8. Valid: a >= 5
+/// lambda; aberration below 0.1 (pinhole), a/z <= 0.5 (lens).
 WaveModelError wave_model_error(const CircularPupil& pupil, Length wavelength) noexcept;
 
 /// Throws: Error{outside_domain} with the reason where the bound above does not hold.

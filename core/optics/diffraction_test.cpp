@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -11,6 +12,7 @@
 #include "core/error.h"
 #include "core/optics/circular_psf.h"
 #include "core/optics/pinhole.h"
+#include "core/optics/quadrature.h"
 #include "core/optics/rayleigh_sommerfeld.h"
 #include "tests/references/oracle.h"
 
@@ -145,6 +147,70 @@ TEST(WaveModel, PinholeBoundHoldsOverTheMap) {
     EXPECT_NEAR(fresnel_error(a, zones), listed, 0.03 * listed) << row.dump();
   }
   EXPECT_GE(inside, 20);
+}
+
+// Rayleigh and Sommerfeld's first integral for the sphere that a perfect lens makes, converging at
+// `focus` behind a pupil of radius a; lengths in wavelengths. Intensity over that at the pupil.
+double converging_wave(double a, double focus, double z, double rho, const QuadratureRule& radial,
+                       int turns) {
+  const double reference = std::sqrt(z * z + rho * rho);
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = 0; i < radial.nodes.size(); ++i) {
+    const double r = 0.5 * a * (1.0 + radial.nodes[i]);
+    const double sphere = r * r / (std::sqrt(focus * focus + r * r) + focus);
+    std::complex<double> ring = 0.0;
+    for (int j = 0; j < turns; ++j) {
+      const double extra = r * r - 2.0 * rho * r * std::cos(std::numbers::pi * (j + 0.5) / turns);
+      const double R = std::sqrt(reference * reference + extra);
+      const double phase = 2.0 * std::numbers::pi * (extra / (R + reference) - sphere);
+      ring +=
+          std::polar(z / (R * R), phase) * std::complex<double>(1.0 / R, -2.0 * std::numbers::pi);
+    }
+    sum += radial.weights[i] * r / turns * ring;
+  }
+  return std::norm(0.5 * a * sum);
+}
+
+// Relative L2 difference of the lens's intensity over the disc of rays and the rings about it.
+double lens_error(double a, double z, double U) {
+  const double defocus = U / (2.0 * std::numbers::pi * a * a);  // 1/z - 1/focus
+  const double focus = 1.0 / (1.0 / z - defocus);
+  const double scale = std::pow(2.0 * std::numbers::pi * a * a / z, 2);
+  const double reach = std::abs(U) + 12.0;
+  const QuadratureRule radial = gauss_legendre(60 + static_cast<int>(0.5 * (std::abs(U) + reach)));
+  const DefocusField field(U);
+  double difference = 0.0;
+  double norm = 0.0;
+  for (int i = 0; i < 60; ++i) {
+    const double v = (i + 0.5) * reach / 60.0;
+    const double rho = v * z / (2.0 * std::numbers::pi * a);
+    const double truth =
+        converging_wave(a, focus, z, rho, radial, 60 + static_cast<int>(1.3 * reach));
+    difference += v * std::pow(truth - scale * field.intensity(v), 2);
+    norm += v * truth * truth;
+  }
+  return std::sqrt(difference / norm);
+}
+
+TEST(WaveModel, LensBoundHoldsAgainstTheSurfaceIntegral) {
+  for (const double a : {20.0, 150.0}) {
+    for (const double f_number : {1.2, 2.0, 5.6, 16.0}) {
+      for (const double waves : {0.0, 0.35, 1.0, 5.0, -5.0}) {
+        const double z = 2.0 * a * f_number;
+        const double U = 4.0 * std::numbers::pi * waves;
+        const Vergence defocus = Vergence::si(U / (2.0 * std::numbers::pi * a * a));
+        if (z * defocus.si() > 0.8) continue;  // the sphere hardly converges: no lens does that
+        const CircularPupil pupil{.diameter = Length::si(2.0 * a),
+                                  .image_distance = Length::si(z),
+                                  .defocus = defocus,
+                                  .has_lens = true};
+        const double bound = wave_model_error(pupil, 1.0_m).total();
+        const double error = lens_error(a, z, U);
+        EXPECT_LE(error, bound) << "a " << a << ", f/" << f_number << ", W20 " << waves;
+        EXPECT_GE(error, bound / 6.0) << "a " << a << ", f/" << f_number << ", W20 " << waves;
+      }
+    }
+  }
 }
 
 }  // namespace

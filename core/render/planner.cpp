@@ -63,8 +63,8 @@ void take_named(MethodPlan& plan, std::span<const RenderMethod* const> methods, 
   }
 }
 
-void take_cheapest(MethodPlan& plan, std::span<const RenderMethod* const> methods,
-                   const Shot& shot, const ShotFacts& facts) {
+void take_cheapest(MethodPlan& plan, std::span<const RenderMethod* const> methods, const Shot& shot,
+                   const ShotFacts& facts) {
   const RenderMethod* closest = nullptr;  // the smallest bound, if none is small enough
   Quote closest_quote;
   for (const RenderMethod* method : methods) {
@@ -128,10 +128,10 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
                                [&](const OmittedEffect& o) { return o.effect == effect; });
   };
   if (!is_omitted("defocus")) {
-    model.push_back(shot.effects.defocus == EffectChoice::off
-                        ? ModelledEffect{.effect = "defocus", .why = "switched off"}
-                        : modelled("defocus", "largest blur disc " +
-                                                  rounded(facts.largest_blur_px) + " px"));
+    model.push_back(
+        shot.effects.defocus == EffectChoice::off
+            ? ModelledEffect{.effect = "defocus", .why = "switched off"}
+            : modelled("defocus", "largest blur disc " + rounded(facts.largest_blur_px) + " px"));
   }
   for (const OmittedEffect& omitted : plan.quote.error.omitted) {
     model.push_back({.effect = omitted.effect,
@@ -150,10 +150,11 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
   }
   if (facts.area_lights) model.push_back(modelled("area light", "sampled over its surface"));
   if (facts.mirrors) {
-    model.push_back({.effect = "reflection and transmission",
-                     .modelled = true,
-                     .bound = kSmallestBranch,
-                     .why = "followed until a branch counts less than " + rounded(kSmallestBranch)});
+    model.push_back(
+        {.effect = "reflection and transmission",
+         .modelled = true,
+         .bound = kSmallestBranch,
+         .why = "followed until a branch counts less than " + rounded(kSmallestBranch)});
   }
   model.push_back(shot.effects.falloff == EffectChoice::on
                       ? modelled("falloff", "cos^4 of the chief ray")

@@ -74,7 +74,8 @@ RenderOutcome render_progressively(const SampleSource& source, const QualitySpec
     if (error <= quality.max_error) break;
     const std::int64_t pixels = std::int64_t{film.width()} * film.height();
     if (count >= kMostSamples || 2 * std::int64_t{count} * pixels > quality.most_samples) {
-      outcome.warnings.push_back("the noise was still above the target at the most samples allowed");
+      outcome.warnings.push_back(
+          "the noise was still above the target at the most samples allowed");
       break;
     }
     // The next pass takes as long as all before it.
@@ -90,10 +91,9 @@ RenderOutcome render_progressively(const SampleSource& source, const QualitySpec
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil) {
   const bool motion = shot.effects.motion != EffectChoice::off && shot.scene->moves();
   const double exposure =
-      shot.camera.exposure
-          ? exposure_factor(shot.camera.shutter_seconds, shot.camera.exposure->iso,
-                            working_f_number(shot.camera))
-          : 1.0;
+      shot.camera.exposure ? exposure_factor(shot.camera.shutter_seconds, shot.camera.exposure->iso,
+                                             working_f_number(shot.camera))
+                           : 1.0;
   return {.scene = *shot.scene,
           .camera = camera,
           .sensor = shot.sensor,

@@ -72,8 +72,7 @@ void probe(const Shot& shot, ShotFacts& facts) {
       for (const float value : colors.get(lane)) moments.add(value);
       const Vec3f d = packet.direction(lane);
       const double cosine = dot(Vec3{d.x, d.y, d.z}, camera.pose().forward());
-      const Length depth =
-          packet.hit(lane) ? Length::si(packet.far[k] * cosine) : kInfinitelyFar;
+      const Length depth = packet.hit(lane) ? Length::si(packet.far[k] * cosine) : kInfinitelyFar;
       if (!packet.hit(lane) && scene.scene().background == Rgb{0, 0, 0}) continue;
       if (!(depth > Length{})) continue;
       facts.largest_blur_px =

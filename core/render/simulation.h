@@ -31,7 +31,7 @@ struct QualitySpec {
   double max_error = 0.01;  // RMSE against the full model, linear, values clipped to [0,1]
   std::optional<double> max_time_ms = {};
   std::string method = "auto";
-  std::optional<int> samples = {};  // per pixel; overrides max_error
+  std::optional<int> samples = {};            // per pixel; overrides max_error
   std::int64_t most_samples = 2'000'000'000;  // over all pixels; max_error stops there, warned
 };
 

@@ -1,11 +1,11 @@
 #include "core/render/simulation.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+
+#include <gtest/gtest.h>
 
 #include "core/error.h"
 
@@ -22,23 +22,24 @@ Scene busy_scene() {
     }
   }
   scene.textures = {checker};
-  scene.materials = {
-      Material{.model = ShadingModel::phong,
-               .ambient = {.value = {1, 1, 1}},
-               .diffuse = {.value = {0.8F, 0.8F, 0.8F}, .texture = 0}},
-      Material{.model = ShadingModel::phong,
-               .diffuse = {.value = {0.2F, 0.1F, 0.1F}},
-               .specular = {.value = {0.5F, 0.5F, 0.5F}},
-               .shininess = 40,
-               .reflection = 0.5},
-      Material{.emission = {.value = {0.0F, 0.2F, 0.1F}}, .transmission = 0.6}};
+  scene.materials = {Material{.model = ShadingModel::phong,
+                              .ambient = {.value = {1, 1, 1}},
+                              .diffuse = {.value = {0.8F, 0.8F, 0.8F}, .texture = 0}},
+                     Material{.model = ShadingModel::phong,
+                              .diffuse = {.value = {0.2F, 0.1F, 0.1F}},
+                              .specular = {.value = {0.5F, 0.5F, 0.5F}},
+                              .shininess = 40,
+                              .reflection = 0.5},
+                     Material{.emission = {.value = {0.0F, 0.2F, 0.1F}}, .transmission = 0.6}};
   scene.objects = {
       {.shape = QuadObject{.corner = {-3, -2, -5}, .edge_u = {6, 0, 0}, .edge_v = {0, 4, 0}}},
       {.shape = SphereObject{.center = {0.1, 0, -2}, .radius = 0.2}, .material = 1},
-      {.shape = QuadObject{.corner = {-0.5, -0.3, -1}, .edge_u = {0.4, 0, 0}, .edge_v = {0, 0.6, 0}},
+      {.shape =
+           QuadObject{.corner = {-0.5, -0.3, -1}, .edge_u = {0.4, 0, 0}, .edge_v = {0, 0.6, 0}},
        .material = 2}};
-  scene.lights = {{.kind = AreaLight{.corner = {-1, 3, 0}, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 1}},
-                   .intensity = {0.9F, 0.9F, 0.9F}}};
+  scene.lights = {
+      {.kind = AreaLight{.corner = {-1, 3, 0}, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 1}},
+       .intensity = {0.9F, 0.9F, 0.9F}}};
   scene.ambient_light = {0.1F, 0.1F, 0.1F};
   scene.background = {0.3F, 0.4F, 0.6F};
   return scene;
@@ -46,8 +47,8 @@ Scene busy_scene() {
 
 SimulationSpec small_shot(double f_number = 1.4) {
   SimulationSpec spec;
-  spec.camera.optics = LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number},
-                                .focus_distance = 2.0_m};
+  spec.camera.optics =
+      LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number}, .focus_distance = 2.0_m};
   spec.width = 96;
   spec.height = 64;
   return spec;
@@ -74,8 +75,8 @@ double rmse(const Image& a, const Image& b) {
 TEST(Simulation, SamePixelsForAnyNumberOfThreads) {
   const RayScene scene(busy_scene());
   SimulationSpec spec = small_shot();
-  spec.outputs = {Output::color, Output::depth, Output::coc, Output::all_in_focus,
-                  Output::variance, Output::normal};
+  spec.outputs = {Output::color,        Output::depth,    Output::coc,
+                  Output::all_in_focus, Output::variance, Output::normal};
   const Photograph one = photograph(spec, scene, 1);
   for (const int threads : {2, 4}) {
     const Photograph many = photograph(spec, scene, threads);
@@ -120,7 +121,7 @@ TEST(Simulation, BoundHoldsTheTrueError) {
   SimulationSpec spec = small_shot();
   spec.effects.diffraction = EffectChoice::off;  // the reference has none
   SimulationSpec reference = spec;
-  reference.quality.samples = 4096;  // its own error is below 2e-4
+  reference.quality.samples = 4096;    // its own error is below 2e-4
   reference.quality.max_error = 1e-4;  // narrow texture lookups
   reference.seed = 999;
   const Photograph truth = photograph(reference, scene);
@@ -199,9 +200,9 @@ TEST(Simulation, MotionSpreadsAnObjectOverTheShutterTime) {
   Scene moving;
   moving.materials = {Material{.emission = {.value = {1, 1, 1}}}};
   // A bar 0.1 m wide at 2 m moves 0.2 m to the right in 0.1 s: its edges ramp over 0.2 m.
-  moving.objects = {{.shape = QuadObject{.corner = {-0.15, -1, -2}, .edge_u = {0.1, 0, 0},
-                                         .edge_v = {0, 2, 0}},
-                     .velocity = {2, 0, 0}}};
+  moving.objects = {
+      {.shape = QuadObject{.corner = {-0.15, -1, -2}, .edge_u = {0.1, 0, 0}, .edge_v = {0, 2, 0}},
+       .velocity = {2, 0, 0}}};
   const RayScene scene(moving);
   SimulationSpec spec = small_shot(8.0);
   spec.camera.shutter_seconds = 0.1;
@@ -223,8 +224,8 @@ TEST(Simulation, MotionSpreadsAnObjectOverTheShutterTime) {
 TEST(Simulation, FalloffIsTheChiefRaysCosineToTheFourth) {
   Scene wall;
   wall.materials = {Material{.emission = {.value = {1, 1, 1}}}};
-  wall.objects = {{.shape = QuadObject{.corner = {-9, -9, -5}, .edge_u = {18, 0, 0},
-                                       .edge_v = {0, 18, 0}}}};
+  wall.objects = {
+      {.shape = QuadObject{.corner = {-9, -9, -5}, .edge_u = {18, 0, 0}, .edge_v = {0, 18, 0}}}};
   const RayScene scene(wall);
   SimulationSpec spec = small_shot();
   spec.effects.falloff = EffectChoice::on;

@@ -1,6 +1,5 @@
 #include "core/sampling/sequence.h"
 
-
 namespace fstop {
 namespace {
 

@@ -1,7 +1,5 @@
 #include "core/scene/ray_scene.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -9,6 +7,8 @@
 #include <cstring>
 #include <string>
 #include <utility>
+
+#include <embree3/rtcore.h>
 
 #include "core/error.h"
 
@@ -33,8 +33,8 @@ Vec3f vec(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
 float largest(Vec3f a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
 void require_finite(Vec3 a, const char* what) {
-  const double size = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
-  if (!(size <= kLargestCoordinate)) {
+  const auto is_legal = [](double x) { return std::abs(x) <= kLargestCoordinate; };
+  if (!(is_legal(a.x) && is_legal(a.y) && is_legal(a.z))) {  // false for NaN too
     throw Error(ErrorCode::bad_geometry,
                 std::string(what) + " must be finite and at most 1e7 m from the origin");
   }
@@ -84,8 +84,7 @@ std::vector<float> uv_rates(const Mesh& mesh) {
     const auto& p = mesh.uvs[t[0]];
     const auto& q = mesh.uvs[t[1]];
     const auto& r = mesh.uvs[t[2]];
-    const float uv_area =
-        std::abs((q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]));
+    const float uv_area = std::abs((q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]));
     const float area = norm(cross(b - a, c - a));
     if (area > 0.0F) rates[i] = std::sqrt(uv_area / area);
   }
@@ -139,9 +138,9 @@ RTCGeometry triangle_geometry(RTCDevice device, const Mesh& mesh, Vec3 velocity,
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcSetGeometryTimeStepCount(geometry, moves ? 2 : 1);
   for (unsigned step = 0; step < (moves ? 2U : 1U); ++step) {
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-        mesh.positions.size()));
+    auto* vertices = static_cast<float*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3,
+                                3 * sizeof(float), mesh.positions.size()));
     if (vertices == nullptr) break;
     const Vec3f shift = to_float(velocity * (step * kLongestShutter));
     for (const auto& p : mesh.positions) {
@@ -311,11 +310,13 @@ float RayScene::transmittance(Vec3f origin, Vec3f direction, float distance,
 
 Surface RayScene::surface(const RayPacket& packet, int lane) const noexcept {
   const auto k = static_cast<std::size_t>(lane);
-  Surface s{.object = packet.object[k], .primitive = packet.primitive[k],
-            .b1 = packet.u[k], .b2 = packet.v[k]};
+  Surface s{.object = packet.object[k],
+            .primitive = packet.primitive[k],
+            .b1 = packet.u[k],
+            .b2 = packet.v[k]};
   const Object& object = scene_.objects[s.object];
   const float seconds = packet.time[k] * static_cast<float>(kLongestShutter);
-  const Vec3f shift = moves_ ? to_float(object.velocity) * seconds : Vec3f{};
+  s.shift = moves_ ? to_float(object.velocity) * seconds : Vec3f{};
   Vec3f outwards = {};
   if (const auto* mesh_object = std::get_if<MeshObject>(&object.shape)) {
     const Mesh& mesh = mesh_object->mesh;
@@ -324,7 +325,7 @@ Surface RayScene::surface(const RayPacket& packet, int lane) const noexcept {
     const Vec3f b = vec(mesh.positions[t[1]]);
     const Vec3f c = vec(mesh.positions[t[2]]);
     const float b0 = 1.0F - s.b1 - s.b2;
-    s.position = a * b0 + b * s.b1 + c * s.b2 + shift;
+    s.position = a * b0 + b * s.b1 + c * s.b2 + s.shift;
     s.geometric_normal = normalized(cross(b - a, c - a));
     outwards = s.geometric_normal;
     s.shading_normal = s.geometric_normal;
@@ -341,10 +342,10 @@ Surface RayScene::surface(const RayPacket& packet, int lane) const noexcept {
       s.v = b0 * p[1] + s.b1 * q[1] + s.b2 * r[1];
     }
     s.uv_per_metre = uv_per_metre_[s.object][s.primitive];
-    s.error = kRelativeError * std::max({largest(a), largest(b), largest(c), largest(shift)});
+    s.error = kRelativeError * std::max({largest(a), largest(b), largest(c), largest(s.shift)});
   } else {
     const auto& sphere = std::get<SphereObject>(object.shape);
-    const Vec3f center = to_float(sphere.center) + shift;
+    const Vec3f center = to_float(sphere.center) + s.shift;
     const auto radius = static_cast<float>(sphere.radius);
     outwards = normalized(packet.origin(lane) + packet.direction(lane) * packet.far[k] - center);
     s.position = center + outwards * radius;
@@ -377,7 +378,7 @@ std::array<Corner, 3> RayScene::corners(const Surface& s) const noexcept {
   for (std::size_t i = 0; i < 3; ++i) {
     Vec3f normal = mesh.normals.empty() ? face : normalized(vec(mesh.normals[t[i]]));
     if (dot(normal, face) < 0.0F) normal = -normal;
-    result[i] = {vec(mesh.positions[t[i]]), normal};
+    result[i] = {vec(mesh.positions[t[i]]) + s.shift, normal};
   }
   return result;
 }

@@ -23,6 +23,7 @@ struct Surface {
   std::uint32_t primitive = 0;
   float b1 = 0.0F;  // barycentric weights of a triangle's second and third corner
   float b2 = 0.0F;
+  Vec3f shift = {};          // how far the object has moved, metres
   bool from_outside = true;  // the winding's normal pointed towards the ray's origin
 };
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -102,8 +101,12 @@ TEST(RayScene, SphereSeenFromInsideTurnsItsNormal) {
   ASSERT_TRUE(hit);
   EXPECT_NEAR(hit->distance, 2.0, hit->surface.error);
   EXPECT_LE(distance(hit->surface.geometric_normal, {-1, 0, 0}), 1e-6);
-  EXPECT_LE(distance(hit->surface.shading_normal, {-1, 0, 0}), 1e-6);
+  EXPECT_EQ(hit->surface.shading_normal, hit->surface.geometric_normal);
   EXPECT_FALSE(hit->surface.from_outside);
+  for (const Corner& corner : scene.corners(hit->surface)) {
+    EXPECT_EQ(corner.position, hit->surface.position);
+    EXPECT_EQ(corner.normal, hit->surface.shading_normal);
+  }
 }
 
 // u = 1/2 + atan2(x, z)/2pi, v = 1/2 + asin(y)/pi of the outward normal.
@@ -150,16 +153,13 @@ TEST(RayScene, QuadIsHitAtItsPointWithCoordinatesAlongItsEdges) {
 TEST(RayScene, NormalsAreOnTheRaysSide) {
   // Its edges turn anticlockwise seen from +z.
   const RayScene scene(scene_of({quad({-1, -1, -3}, {2, 0, 0}, {0, 2, 0})}));
-  const auto front = first_hit(scene, {0.2, 0.3, 0}, {0.2, 0.3, -3});
-  ASSERT_TRUE(front);
-  EXPECT_EQ(front->surface.geometric_normal, (Vec3f{0, 0, 1}));
-  EXPECT_EQ(front->surface.shading_normal, (Vec3f{0, 0, 1}));
-  EXPECT_TRUE(front->surface.from_outside);
-  const auto back = first_hit(scene, {0.2, 0.3, -6}, {0.2, 0.3, -3});
-  ASSERT_TRUE(back);
-  EXPECT_EQ(back->surface.geometric_normal, (Vec3f{0, 0, -1}));
-  EXPECT_EQ(back->surface.shading_normal, (Vec3f{0, 0, -1}));
-  EXPECT_FALSE(back->surface.from_outside);
+  for (const float side : {1.0F, -1.0F}) {
+    const auto hit = first_hit(scene, {0.2, 0.3, -3.0 + 3.0 * side}, {0.2, 0.3, -3});
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->surface.geometric_normal, (Vec3f{0, 0, side}));
+    EXPECT_EQ(hit->surface.shading_normal, (Vec3f{0, 0, side}));
+    EXPECT_EQ(hit->surface.from_outside, side > 0.0F);
+  }
 }
 
 TEST(RayScene, MeshInterpolatesCoordinatesAndNormals) {
@@ -186,16 +186,6 @@ TEST(RayScene, MeshInterpolatesCoordinatesAndNormals) {
   EXPECT_LE(distance(behind->surface.shading_normal, normalized(Vec3{-0.15, -0.36, -0.83})), 2e-6);
 }
 
-TEST(RayScene, CornersOfASphereAreTheHitPoint) {
-  const RayScene scene(scene_of({sphere({0, 0, -4}, 1.0)}));
-  const auto hit = first_hit(scene, {0, 0, 0}, {0.2, 0.1, -4});
-  ASSERT_TRUE(hit);
-  for (const Corner& corner : scene.corners(hit->surface)) {
-    EXPECT_EQ(corner.position, hit->surface.position);
-    EXPECT_EQ(corner.normal, hit->surface.shading_normal);
-  }
-}
-
 TEST(RayScene, CornersHaveVertexNormalsOnTheRaysSide) {
   Mesh triangle = one_triangle();
   triangle.normals = {{0, 0, 2}, {0.6F, 0, 0.8F}, {0, -0.6F, -0.8F}};  // one long, one inwards
@@ -219,11 +209,13 @@ TEST(RayScene, RaysThatLeaveASurfaceDoNotMeetItAgain) {
       scene_of({sphere({30, -20, 50}, 0.5), quad({-9, -2, 40}, {20, 0, 1}, {0, 30, 2})}));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> offset(-0.45, 0.45);
+  int hits = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 target = i % 2 == 0 ? Vec3{30 + offset(random), -20 + offset(random), 50}
                                    : Vec3{0.5 + offset(random) * 18, 14 + offset(random) * 18, 41};
     const auto hit = first_hit(scene, {5, 10, -100}, target);
     if (!hit) continue;
+    ++hits;
     const Surface& s = hit->surface;
     const Vec3f start = s.position + s.geometric_normal * s.error;
     const Vec3f tangent = normalized(cross(s.geometric_normal, {0.3F, 0.8F, 0.5F}));
@@ -232,6 +224,7 @@ TEST(RayScene, RaysThatLeaveASurfaceDoNotMeetItAgain) {
     scene.intersect_one(packet);
     ASSERT_FALSE(packet.hit(0) && packet.object[0] == s.object) << i;
   }
+  EXPECT_GT(hits, 1500);
 }
 
 Material sheet(double transmission, std::optional<double> ior = {}) {
@@ -323,36 +316,26 @@ TEST(RayScene, PacketsAgreeWithSingleRays) {
   int hits = 0;
   for (int repeat = 0; repeat < 500; ++repeat) {
     RayPacket packet;
-    RayPacket shadows;
     alignas(64) LaneMask valid = {};
     for (int i = 0; i < kLanes; ++i) {
-      const Vec3f origin = to_float({normal(random), 12 + normal(random), normal(random)});
-      const Vec3f direction =
-          to_float(normalized(Vec3{normal(random), -1.5 + normal(random), normal(random)}));
-      packet.set(i, origin, direction, kFar, 0.0F);
-      shadows.set(i, origin, direction, 15.0F, 0.0F);
+      const Vec3 direction{normal(random), -1.5 + normal(random), normal(random)};
+      packet.set(i, to_float({normal(random), 12 + normal(random), normal(random)}),
+                 to_float(normalized(direction)), 25.0F, 0.0F);
       valid[static_cast<std::size_t>(i)] = (repeat + i) % 5 == 0 ? 0 : -1;
     }
     const auto coherence = repeat % 2 == 0 ? Coherence::coherent : Coherence::incoherent;
     const RayPacket rays = packet;
+    RayPacket shadows = packet;
     scene.intersect(packet, valid, coherence);
     scene.occlude(shadows, valid, coherence);
     for (int i = 0; i < kLanes; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      if (valid[k] == 0) {
-        ASSERT_FALSE(packet.hit(i)) << "a lane that is not valid was traced";
-        ASSERT_EQ(shadows.far[k], 15.0F);
-        continue;
-      }
       RayPacket single;
-      single.set(0, rays.origin(i), rays.direction(i), kFar, 0.0F);
-      scene.intersect_one(single);
+      single.set(0, rays.origin(i), rays.direction(i), 25.0F, 0.0F);
+      if (valid[k] != 0) scene.intersect_one(single);  // else nothing is traced
       ASSERT_EQ(packet.hit(i), single.hit(0));
-      const bool blocked = shadows.far[k] == -kFar;
-      if (!packet.hit(i)) {
-        ASSERT_FALSE(blocked);
-        continue;
-      }
+      ASSERT_EQ(shadows.far[k], single.hit(0) ? -kFar : 25.0F);
+      if (!packet.hit(i)) continue;
       ++hits;
       ASSERT_EQ(packet.object[k], single.object[0]);
       ASSERT_EQ(packet.primitive[k], single.primitive[0]);
@@ -360,43 +343,28 @@ TEST(RayScene, PacketsAgreeWithSingleRays) {
       ASSERT_NEAR(packet.far[k], single.far[0], 1e-3F);
       const Vec3f apart = scene.surface(packet, i).position - scene.surface(single, 0).position;
       ASSERT_LE(norm(apart), 1e-3F);
-      ASSERT_EQ(blocked, single.far[0] <= 15.0F);
     }
   }
-  EXPECT_GT(hits, 3000);
+  EXPECT_GT(hits, 2500);
 }
 
-// An icosahedron whose faces are cut in four `times` times and blown up to a sphere.
-Mesh icosphere(int times, Vec3f center) {
-  const float g = std::numbers::phi_v<float>;
-  std::vector<Vec3f> points = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
-                               {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
-                               {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+// The unit sphere around `center` as triangles between circles of latitude and of longitude.
+Mesh globe(Vec3f center, std::uint32_t circles) {
   Mesh result;
-  result.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                      {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                      {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                      {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (int i = 0; i < times; ++i) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [place, is_new] =
-          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(points.size()));
-      if (is_new) points.push_back(normalized(points[a]) + normalized(points[b]));
-      return place->second;
-    };
-    std::vector<std::array<std::uint32_t, 3>> finer;
-    for (const auto& [a, b, c] : result.triangles) {
-      const std::uint32_t ab = middle(a, b);
-      const std::uint32_t bc = middle(b, c);
-      const std::uint32_t ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+  for (std::uint32_t row = 0; row <= circles; ++row) {
+    for (std::uint32_t column = 0; column < circles; ++column) {
+      const double latitude = kPi * (double(row) / circles - 0.5);
+      const double longitude = 2.0 * kPi * column / circles;
+      const Vec3f p =
+          center + to_float({std::cos(latitude) * std::cos(longitude),
+                             std::cos(latitude) * std::sin(longitude), std::sin(latitude)});
+      result.positions.push_back({p.x, p.y, p.z});
+      if (row == circles) continue;
+      const std::uint32_t right = row * circles + (column + 1) % circles;
+      const std::uint32_t here = row * circles + column;
+      result.triangles.push_back({here, right, right + circles});
+      result.triangles.push_back({here, right + circles, here + circles});
     }
-    result.triangles = std::move(finer);
-  }
-  for (const Vec3f& point : points) {
-    const Vec3f p = center + normalized(point);
-    result.positions.push_back({p.x, p.y, p.z});
   }
   return result;
 }
@@ -405,7 +373,7 @@ Mesh icosphere(int times, Vec3f center) {
 // aimed at a vertex itself Embree loses one in a thousand: its edges round differently.)
 TEST(RayScene, ClosedMeshIsWatertight) {
   const Vec3f center{10, -3, 7};
-  const Mesh ball = icosphere(4, center);
+  const Mesh ball = globe(center, 60);
   const RayScene scene(scene_of({mesh(ball)}));
   std::mt19937 random(7);
   std::uniform_real_distribution<float> within(-0.3F, 0.3F);

@@ -43,14 +43,16 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   }
   levels_.push_back({image.width(), image.height(), 0});
   texels_.reserve(static_cast<std::size_t>(image.width()) *
-                      static_cast<std::size_t>(image.height()) * 4 / 3 + 16);
+                      static_cast<std::size_t>(image.height()) * 4 / 3 +
+                  16);
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       const float* p = image.at(x, y);
       texels_.push_back({p[0], p[1], p[2], 0.0F});
     }
   }
-  texels_per_uv_ = std::sqrt(static_cast<float>(image.width()) * static_cast<float>(image.height()));
+  texels_per_uv_ =
+      std::sqrt(static_cast<float>(image.width()) * static_cast<float>(image.height()));
   if (filter_ != TextureFilter::mipmap) return;
   while (levels_.back().width > 1 || levels_.back().height > 1) add_level(levels_.back());
 }
@@ -93,8 +95,10 @@ namespace {
 // uv within a period of the image, so that huge coordinates neither overflow an int nor lose
 // the texel.
 float within_period(float x, TextureWrap wrap) {
-  if (!(std::abs(x) <= 1e6F)) return 0.0F;
-  return wrap == TextureWrap::repeat ? x - std::floor(x) : std::clamp(x, -1.0F, 2.0F);
+  if (std::isnan(x)) return 0.0F;
+  if (wrap == TextureWrap::clamp) return std::clamp(x, -1.0F, 2.0F);
+  // Beyond 1e6 single precision has lost the texel anyway.
+  return std::abs(x) <= 1e6F ? x - std::floor(x) : 0.0F;
 }
 
 }  // namespace
@@ -110,10 +114,10 @@ Texture::Texel Texture::bilinear(const Level& level, float u, float v) const noe
   const int x1 = wrapped(static_cast<int>(fx) + 1, level.width);
   const int y0 = wrapped(static_cast<int>(fy), level.height);
   const int y1 = wrapped(static_cast<int>(fy) + 1, level.height);
-  const Texel* upper = &texels_[level.first + static_cast<std::size_t>(y0) *
-                                                  static_cast<std::size_t>(level.width)];
-  const Texel* lower = &texels_[level.first + static_cast<std::size_t>(y1) *
-                                                  static_cast<std::size_t>(level.width)];
+  const Texel* upper =
+      &texels_[level.first + static_cast<std::size_t>(y0) * static_cast<std::size_t>(level.width)];
+  const Texel* lower =
+      &texels_[level.first + static_cast<std::size_t>(y1) * static_cast<std::size_t>(level.width)];
   Texel result = {};
   for (std::size_t c = 0; c < 4; ++c) {
     const float top = upper[x0][c] + ax * (upper[x1][c] - upper[x0][c]);
@@ -125,7 +129,8 @@ Texture::Texel Texture::bilinear(const Level& level, float u, float v) const noe
 
 Texture::Texel Texture::nearest(float u, float v) const noexcept {
   const Level& level = levels_.front();
-  const int x = wrapped(static_cast<int>(std::floor(u * static_cast<float>(level.width))), level.width);
+  const int x =
+      wrapped(static_cast<int>(std::floor(u * static_cast<float>(level.width))), level.width);
   const int y = wrapped(static_cast<int>(std::floor((1.0F - v) * static_cast<float>(level.height))),
                         level.height);
   return texels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +

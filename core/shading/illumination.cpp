@@ -31,9 +31,8 @@ ReflectionTerms gouraud_terms(const RayScene& scene, const Light& light, const L
   ReflectionTerms sum;
   for (std::size_t i = 0; i < 3; ++i) {
     const IncidentLight incident = incident_light(light, corners[i].position, u, v);
-    const ReflectionTerms terms =
-        reflection_terms(*lit.material, corners[i].normal, incident.to_light,
-                         normalized(eye - corners[i].position));
+    const ReflectionTerms terms = reflection_terms(
+        *lit.material, corners[i].normal, incident.to_light, normalized(eye - corners[i].position));
     sum.diffuse += weights[i] * terms.diffuse;
     sum.specular += weights[i] * terms.specular;
   }
@@ -51,7 +50,8 @@ class LightPass {
            std::uint64_t& rays) {
     if (is_area_light(light)) choose_light_points(light_number);
     valid_ = {};
-    for (int i = 0; i < lit_.count; ++i) prepare(light, lit_.lanes[static_cast<std::size_t>(i)], rays);
+    for (int i = 0; i < lit_.count; ++i)
+      prepare(light, lit_.lanes[static_cast<std::size_t>(i)], rays);
     if (in_.scene.has_thin_sheets()) {
       add_filtered(colors);
     } else {
@@ -148,8 +148,8 @@ void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneM
     const float footprint = in.footprint_rate * (path_length + packet.far[k]);
     Rgb color = color_at(in.scene, material.emission, surface, footprint);
     if (material.model != ShadingModel::unlit) {
-      color = color + color_at(in.scene, material.ambient, surface, footprint) *
-                          scene.ambient_light;
+      color =
+          color + color_at(in.scene, material.ambient, surface, footprint) * scene.ambient_light;
       lit.lanes[static_cast<std::size_t>(lit.count++)] = {
           .lane = lane,
           .material = &material,

@@ -27,10 +27,10 @@ struct LaneColors {
 /// What the light at a packet's hits depends on beside the hits.
 struct ShadingInputs {
   const RayScene& scene;
-  SampleSequence sequence;     // chooses points of area lights
+  SampleSequence sequence;  // chooses points of area lights
   SampleKeys keys = {};
-  float footprint_rate = 0.0F; // width that a texture lookup averages over, per metre of path
-  int depth = 0;               // bounces before this packet: another stream of light samples
+  float footprint_rate = 0.0F;  // width that a texture lookup averages over, per metre of path
+  int depth = 0;                // bounces before this packet: another stream of light samples
 };
 
 /// Local light of every valid lane: emission + ambient * ambient_light + the sum over lights of

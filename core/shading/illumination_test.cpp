@@ -1,9 +1,9 @@
 #include "core/shading/illumination.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
+
+#include <gtest/gtest.h>
 
 #include "core/shading/light.h"
 #include "core/shading/material.h"
@@ -34,9 +34,8 @@ void expect_color(const Rgb& actual, const Rgb& expected) {
 }
 
 Object wall(double z, double size = 2.0) {
-  return {.shape = QuadObject{.corner = {-size / 2, -size / 2, z},
-                              .edge_u = {size, 0, 0},
-                              .edge_v = {0, size, 0}}};
+  return {.shape = QuadObject{
+              .corner = {-size / 2, -size / 2, z}, .edge_u = {size, 0, 0}, .edge_v = {0, size, 0}}};
 }
 
 // A wall one metre in front of the eye at the origin; it is hit at (0, 0, -1), N = V = (0,0,1).
@@ -115,9 +114,9 @@ TEST(Illumination, ShadowLeavesAmbientAndEmission) {
   Scene scene = lit_wall(ShadingModel::phong, 3.0);
   scene.lights = {point_light()};
   // A small screen half-way to the light, at (1.5, 0, 1).
-  scene.objects.push_back({.shape = QuadObject{.corner = {1.4, -0.1, 1.0},
-                                               .edge_u = {0.2, 0, 0},
-                                               .edge_v = {0, 0.2, 0}}});
+  scene.objects.push_back(
+      {.shape =
+           QuadObject{.corner = {1.4, -0.1, 1.0}, .edge_u = {0.2, 0, 0}, .edge_v = {0, 0.2, 0}}});
   expect_color(radiance(scene, {0, 0, 0}, {0, 0, -1}), {0.03F, 0.04F, 0.0F});
   // Behind the light it casts none: shadow rays end at the light.
   std::get<QuadObject>(scene.objects[1].shape).corner = {3.65, -0.1, 4.0};
@@ -131,10 +130,9 @@ TEST(Illumination, ShadowRaysPassThinSheetsByTheirTransmission) {
   scene.lights = {point_light()};
   scene.materials.push_back(Material{.model = ShadingModel::phong, .transmission = 0.5});
   for (const double z : {0.5, 1.0}) {
-    scene.objects.push_back({.shape = QuadObject{.corner = {-1, -1, z},
-                                                 .edge_u = {4, 0, 0},
-                                                 .edge_v = {0, 2, 0}},
-                             .material = 1});
+    scene.objects.push_back(
+        {.shape = QuadObject{.corner = {-1, -1, z}, .edge_u = {4, 0, 0}, .edge_v = {0, 2, 0}},
+         .material = 1});
   }
   expect_color(radiance(scene, {0, 0, 0}, {0, 0, -1}),
                {0.25F * 0.5536F, 0.25F * 0.1768F, 0.25F * 0.0584F});
@@ -165,8 +163,7 @@ TEST(Illumination, GouraudInterpolatesTheCornersFactors) {
 
 TEST(Illumination, PhongInterpolationUsesTheInterpolatedNormal) {
   // The middle normal is (0,0,1): all of both terms.
-  expect_color(radiance(triangle(Interpolation::phong), {0, 0, 0}, {0, 0, -1}),
-               {0.9F, 0.9F, 0.9F});
+  expect_color(radiance(triangle(Interpolation::phong), {0, 0, 0}, {0, 0, -1}), {0.9F, 0.9F, 0.9F});
   // At (0,-0.6,-1): weights 0.4, 0.4, 0.2; N = (0, 0, 0.84) again along z; V = (0, 0.6, 1)/1.16619.
   const float rv = 1.0F / std::sqrt(1.36F);
   const float expected = 0.5F + 0.4F * rv * rv;
@@ -188,11 +185,11 @@ TEST(Illumination, FlatInterpolationUsesTheFaceNormal) {
 
 TEST(Illumination, AreaLightIsTheMeanOfItsPoints) {
   Scene scene = lit_wall(ShadingModel::phong, 1.0);
-  scene.materials[0] = Material{.model = ShadingModel::phong,
-                                .diffuse = {.value = {1.0F, 1.0F, 1.0F}}};
+  scene.materials[0] =
+      Material{.model = ShadingModel::phong, .diffuse = {.value = {1.0F, 1.0F, 1.0F}}};
   scene.ambient_light = {0, 0, 0};
-  const AreaLight area{.corner = {-1, -1, 1}, .edge_u = {2, 0, 0}, .edge_v = {0, 2, 0},
-                       .attenuation = {0, 0, 1}};
+  const AreaLight area{
+      .corner = {-1, -1, 1}, .edge_u = {2, 0, 0}, .edge_v = {0, 2, 0}, .attenuation = {0, 0, 1}};
   scene.lights = {{.kind = area, .intensity = {1, 1, 1}}};
   // Mean of cos/d^2 over the square 2 m above the point: midpoint rule, 400 x 400 points, whose
   // error is below 1e-6 for so smooth an integrand.
@@ -227,7 +224,8 @@ TEST(Illumination, AreaLightIsTheMeanOfItsPoints) {
 
 TEST(Illumination, TextureTimesScaleIsTheColour) {
   Scene scene;
-  TextureSource texture{.name = "halves", .filter = TextureFilter::nearest, .image = Image(2, 2, 3)};
+  TextureSource texture{
+      .name = "halves", .filter = TextureFilter::nearest, .image = Image(2, 2, 3)};
   // Row 0 is the top: v > 1/2.
   const float values[4] = {0.1F, 0.2F, 0.3F, 0.4F};
   for (int i = 0; i < 4; ++i) {
@@ -282,7 +280,9 @@ TEST(RayTree, GlassBallBendsBySnellsLaw) {
   scene.objects = {{.shape = SphereObject{.center = {0, 0, -3}, .radius = 1.0}}, wall(-6.0, 20.0)};
   scene.objects[1].material = 1;
   // A ramp in x on the wall tells where the ray arrives.
-  TextureSource ramp{.name = "ramp", .filter = TextureFilter::bilinear, .wrap = TextureWrap::clamp,
+  TextureSource ramp{.name = "ramp",
+                     .filter = TextureFilter::bilinear,
+                     .wrap = TextureWrap::clamp,
                      .image = Image(2, 1, 3)};
   for (int c = 0; c < 3; ++c) ramp.image.at(1, 0)[c] = 1.0F;
   scene.textures = {ramp};

@@ -59,8 +59,8 @@ float radial_attenuation(const Attenuation& attenuation, float distance) noexcep
 }
 
 IncidentLight incident_light(const Light& light, Vec3f position, float u, float v) noexcept {
-  return std::visit(
-      Incidence{.position = position, .intensity = light.intensity, .u = u, .v = v}, light.kind);
+  return std::visit(Incidence{.position = position, .intensity = light.intensity, .u = u, .v = v},
+                    light.kind);
 }
 
 bool is_area_light(const Light& light) noexcept {

@@ -6,9 +6,9 @@ namespace fstop {
 
 /// One light as a surface point receives it, before shadows.
 struct IncidentLight {
-  Vec3f to_light = {};            // unit
-  float distance = 0.0F;          // metres; infinite for a directional light
-  Rgb intensity = {0, 0, 0};      // f_radial * f_angular * the light's intensity
+  Vec3f to_light = {};        // unit
+  float distance = 0.0F;      // metres; infinite for a directional light
+  Rgb intensity = {0, 0, 0};  // f_radial * f_angular * the light's intensity
 };
 
 /// 1/(a0 + a1 d + a2 d^2), not clamped. d in metres.

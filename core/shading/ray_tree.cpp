@@ -95,8 +95,8 @@ void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& val
     const Material& material = in.scene.material(surfaces[k]);
     if (!(material.reflection > 0.0 || material.transmission > 0.0)) continue;
     const Branch root{.lane = lane, .path_length = packet.far[k], .time = packet.time[k]};
-    colors.set(lane, Tree(in, rays).complete(surfaces[k], packet.direction(lane),
-                                             colors.get(lane), root));
+    colors.set(
+        lane, Tree(in, rays).complete(surfaces[k], packet.direction(lane), colors.get(lane), root));
   }
 }
 

@@ -82,10 +82,11 @@ Scene bench_mesh(ShadingModel model) {
   for (int i = 0; i < 48; ++i) {
     const double depth = 0.9 * std::pow(8.0 / 0.9, i / 47.0);
     const double across = 0.3 * depth * (2.0 * std::fmod(i * 0.618034, 1.0) - 1.0);
-    scene.objects.push_back(
-        sphere_of_triangles({across, -0.3 + 0.05 * (1 + i % 4), -depth}, 0.07 + 0.01 * (i % 3), 23));
+    scene.objects.push_back(sphere_of_triangles({across, -0.3 + 0.05 * (1 + i % 4), -depth},
+                                                0.07 + 0.01 * (i % 3), 23));
   }
-  Light sun{.kind = DirectionalLight{.direction = {0.4, -0.8, -0.4}}, .intensity = {0.9F, 0.9F, 0.85F}};
+  Light sun{.kind = DirectionalLight{.direction = {0.4, -0.8, -0.4}},
+            .intensity = {0.9F, 0.9F, 0.85F}};
   scene.lights = {sun};
   scene.background = {0.4F, 0.5F, 0.7F};
   return scene;

@@ -1,12 +1,12 @@
 // Complete samples per second and core beside bare rtcIntersect1 on the same rays, in one run:
 // pairs of runs in turn, so that both see the same machine.
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string>
 #include <vector>
+
+#include <embree3/rtcore.h>
 
 #include "core/render/sample_loop.h"
 #include "tests/bench/bench_scenes.h"
@@ -100,9 +100,8 @@ class BareRays {
  private:
   void add(const Mesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<std::array<float, 3>*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
-                                mesh.positions.size()));
+    auto* vertices = static_cast<std::array<float, 3>*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.positions.size()));
     std::ranges::copy(mesh.positions, vertices);
     auto* indices = static_cast<std::array<std::uint32_t, 3>*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
@@ -152,8 +151,8 @@ void compare(const std::string& label, Scene scene, bool through_lens) {
   const RayScene ray_scene(std::move(scene));
   const CameraSpec spec = bench_camera();
   const Sensor sensor = sensor_of(spec, kWidth, kHeight);
-  const Camera camera = through_lens ? camera_of(spec, sensor)
-                                     : Camera(central_projection(spec, sensor));
+  const Camera camera =
+      through_lens ? camera_of(spec, sensor) : Camera(central_projection(spec, sensor));
   const SampleSource source{.scene = ray_scene,
                             .camera = camera,
                             .sensor = sensor,
@@ -185,9 +184,10 @@ void compare(const std::string& label, Scene scene, bool through_lens) {
 
 int main() {
   using namespace fstop;
-  std::printf("One thread; medians of %d pairs of runs in turn. The ratio is the complete\n"
-              "samples' rays (shadow rays counted) per second over bare rtcIntersect1's.\n\n",
-              kPairs);
+  std::printf(
+      "One thread; medians of %d pairs of runs in turn. The ratio is the complete\n"
+      "samples' rays (shadow rays counted) per second over bare rtcIntersect1's.\n\n",
+      kPairs);
   std::printf("%-22s %8s %9s %12s %10s %10s %8s\n", "", "Msample", "ns per", "rtcIntersect1",
               "rays per", "ratio", "least");
   std::printf("%-22s %8s %9s %12s %10s %10s %8s\n", "", "/s", "sample", "Mray/s", "sample",

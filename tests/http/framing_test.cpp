@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -312,6 +313,24 @@ TEST(Deadlines, DrippingHeaderAndBodyEndWith408AndIdleConnectionsClose) {
   Client kept(server.port());
   EXPECT_EQ(kept.ask("GET", "/livez").status, 200);
   EXPECT_TRUE(kept.is_closed_by_server(5s));
+  EXPECT_EQ(ask(server.port(), "GET", "/livez").status, 200);
+}
+
+// Far more than the socket's buffers hold is asked for and not read.
+TEST(Deadlines, ReplyThatIsNotReadEndsTheConnection) {
+  TestServer::Options options;
+  options.limits.write_deadline = 200ms;
+  TestServer server(options);
+  constexpr int kRequests = 1000;
+  std::string requests;
+  for (int i = 0; i < kRequests; ++i) requests += get(kHost, "GET /openapi.json HTTP/1.1");
+  Client client(server.port());
+  client.send(requests);
+  std::this_thread::sleep_for(1s);
+  int answered = 0;
+  while (client.read(false, 10s)) ++answered;
+  EXPECT_GT(answered, 0);
+  EXPECT_LT(answered, kRequests);
   EXPECT_EQ(ask(server.port(), "GET", "/livez").status, 200);
 }
 

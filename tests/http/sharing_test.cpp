@@ -117,7 +117,9 @@ TEST(Sharing, ClientsThatVanishWhileQueuedNeverStartARender) {
 
 TEST(Sharing, RequestAfterAWithdrawnOneGetsARenderOfItsOwn) {
   HeldServer server;
-  server.asking(1).close();
+  Client& first = server.asking(1);
+  ASSERT_TRUE(eventually([&] { return server.renders.running() == 1; }));
+  first.close();
   ASSERT_TRUE(eventually([&] { return server.counts().withdrawn == 1; }));
   Client& again = server.asking(1);
   ASSERT_TRUE(eventually([&] { return server.counts().started == 2; }));
@@ -186,7 +188,8 @@ TEST(Queue, RendersThatFailAreProblemsAndTheServerGoesOn) {
   const Answer internal = post(2);
   EXPECT_EQ(internal.status, 500);
   EXPECT_EQ(internal.body.find("secret"), std::string::npos);
-  EXPECT_NE(server.log_text().find("secret of the house"), std::string::npos);
+  EXPECT_TRUE(eventually(
+      [&] { return server.log_text().find("secret of the house") != std::string::npos; }));
   EXPECT_EQ(post(3).status, 503);
   EXPECT_EQ(ask(server.port(), "GET", "/readyz").status, 200);
 }

@@ -1,9 +1,9 @@
 // A point's blur disc, measured by second moments in the finished EXR.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+
+#include <gtest/gtest.h>
 
 #include "core/optics/pinhole.h"
 #include "core/optics/thin_lens.h"
@@ -31,8 +31,7 @@ Moments moments_of(const Image& image) {
       r2 += value * (std::pow(x + 0.5, 2) + std::pow(y + 0.5, 2));
     }
   }
-  return {.energy = sum,
-          .mean_square = r2 / sum - std::pow(x1 / sum, 2) - std::pow(y1 / sum, 2)};
+  return {.energy = sum, .mean_square = r2 / sum - std::pow(x1 / sum, 2) - std::pow(y1 / sum, 2)};
 }
 
 // What the disc or polygon alone has: the source's square and the pixel's box taken off.

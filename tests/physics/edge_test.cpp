@@ -1,11 +1,11 @@
 // Edges against independently computed fixtures: a blurred slanted edge, and a half-plane in front
 // of a texture.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <numbers>
+
+#include <gtest/gtest.h>
 
 #include "core/optics/thin_lens.h"
 #include "tests/physics/test_scenes.h"
@@ -40,8 +40,8 @@ double interpolated(const std::map<double, double>& profile, double at) {
 // Bright where x cos + y sin > 0 (raster, y down), at 5 m, seen with a disc of radius R px.
 Scene slanted_edge(Length depth) {
   const double d = depth.si();
-  const Vec3 along{-std::sin(kSlant), -std::cos(kSlant), 0.0};   // raster (-sin, +cos): downwards
-  const Vec3 across{std::cos(kSlant), -std::sin(kSlant), 0.0};   // into the bright side
+  const Vec3 along{-std::sin(kSlant), -std::cos(kSlant), 0.0};  // raster (-sin, +cos): downwards
+  const Vec3 across{std::cos(kSlant), -std::sin(kSlant), 0.0};  // into the bright side
   const Vec3 corner = Vec3{0.0, 0.0, -d} - along * 2.0;
   return glowing_scene({glowing_quad(corner, along * 4.0, across * 4.0)});
 }
@@ -89,7 +89,8 @@ Mesh rectangle(Vec3f corner, Vec3f u, Vec3f v, float u_from, float u_to) {
 // mean + amp cos(2 pi u + phase) over one period of u. Bilinear lookup of 512 texels errs by
 // (2 pi/512)^2/8 of the amplitude, 2e-5.
 TextureSource cosine(double mean, double amplitude, double phase) {
-  TextureSource texture{.name = "cosine", .filter = TextureFilter::bilinear, .image = Image(512, 1, 3)};
+  TextureSource texture{
+      .name = "cosine", .filter = TextureFilter::bilinear, .image = Image(512, 1, 3)};
   for (int x = 0; x < 512; ++x) {
     const double value =
         mean + amplitude * std::cos(2.0 * std::numbers::pi * (x + 0.5) / 512.0 + phase);
@@ -116,9 +117,9 @@ Scene occluder_scene(const nlohmann::json& row) {
                                              {0, 2, 0}, 0, 1)},
        .material = 0});
   scene.objects.push_back(
-      {.shape = MeshObject{.mesh = rectangle({f(-reach), -1, f(-far)}, {f(2 * reach), 0, 0},
-                                             {0, 2, 0}, f(-reach * cycles_per_metre),
-                                             f(reach * cycles_per_metre))},
+      {.shape =
+           MeshObject{.mesh = rectangle({f(-reach), -1, f(-far)}, {f(2 * reach), 0, 0}, {0, 2, 0},
+                                        f(-reach * cycles_per_metre), f(reach * cycles_per_metre))},
        .material = 1});
   return scene;
 }

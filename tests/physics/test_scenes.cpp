@@ -7,8 +7,8 @@ namespace fstop {
 
 SimulationSpec lens_shot(double f_number, Length pitch, int width, int height) {
   SimulationSpec spec;
-  spec.camera.optics = LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number},
-                                .focus_distance = 2.0_m};
+  spec.camera.optics =
+      LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number}, .focus_distance = 2.0_m};
   spec.camera.sensor_width = pitch * width;
   spec.camera.sensor_height = pitch * height;
   spec.width = width;
@@ -23,8 +23,7 @@ SimulationSpec pinhole_shot(Length diameter, Length pitch, int width, int height
 }
 
 Object glowing_quad(Vec3 corner, Vec3 edge_u, Vec3 edge_v) {
-  return {.shape = QuadObject{.corner = corner, .edge_u = edge_u, .edge_v = edge_v},
-          .material = 0};
+  return {.shape = QuadObject{.corner = corner, .edge_u = edge_u, .edge_v = edge_v}, .material = 0};
 }
 
 Object glowing_square(const SimulationSpec& shot, Length depth, double side_px) {
@@ -45,8 +44,7 @@ Image finished_exr(const SimulationSpec& spec, const RayScene& scene, int thread
   RunControl run;
   run.workers = &workers;
   const Photograph photograph = simulate(spec, scene, run);
-  const Picture picture{
-      .layers = {{.channel_names = {"R", "G", "B"}, .image = photograph.color}}};
+  const Picture picture{.layers = {{.channel_names = {"R", "G", "B"}, .image = photograph.color}}};
   const Picture read = decode(encode(picture, ImageFormat::exr));
   // The codec may order channels as the file does: pick R, G and B by name.
   Image image(spec.width, spec.height, 3);

@@ -47,7 +47,9 @@ function is_render(request) {
 /// Waits for the finished picture of the f-number with this label and gives its pixels.
 async function picture_at(label) {
   const picture = page.locator(`fstop-picture .frame[aria-busy="false"] img[alt*="f/${label},"]`);
-  await picture.waitFor({ timeout: kPicture_ms });
+  const message = page.locator("fstop-picture .messages .fault");
+  await picture.or(message).first().waitFor({ timeout: kPicture_ms });
+  assert.deepEqual(await message.allInnerTexts(), []);
   const { width, height, base64 } = await picture.evaluate(async (image) => {
     await image.decode();
     const canvas = new OffscreenCanvas(image.naturalWidth, image.naturalHeight);
@@ -79,7 +81,7 @@ function optics_number(name) {
   return page.locator("fstop-optics dl > div", { hasText: name }).locator("dd").innerText();
 }
 
-describe("playground", { timeout: 240_000 }, () => {
+describe("playground", { timeout: 600_000 }, () => {
   it("changes picture and numbers with the f-stop and keeps them in the address", async () => {
     await page.goto(server.url + kDraft);
     const open = await picture_at("1.4");

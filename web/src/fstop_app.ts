@@ -9,6 +9,7 @@ import type { SceneSummary } from "./contract.ts";
 import { complaint_of, kNoComplaint, sorted_faults } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
 import { LatestTask } from "./latest_task.ts";
+import type { Urgency } from "./latest_task.ts";
 import "./optics_panel.ts";
 import { kNoOptics, optics_update } from "./optics_updates.ts";
 import type { OpticsView } from "./optics_updates.ts";
@@ -33,10 +34,14 @@ export class FstopApp extends LitElement {
   @state() private picture_: PictureView = kNoPicture;
   @state() private optics_: OpticsView = kNoOptics;
 
-  private readonly picture_task_ = new LatestTask<PlaygroundState>(async (wanted, signal) => {
-    for await (const update of picture_updates(this.client_, wanted, signal))
-      this.picture_ = { ...this.picture_, ...update };
-  });
+  private readonly picture_task_ = new LatestTask<PlaygroundState>(
+    async (wanted, signal, has_result) => {
+      for await (const update of picture_updates(this.client_, wanted, signal)) {
+        this.picture_ = { ...this.picture_, ...update };
+        if (update.image) has_result();
+      }
+    },
+  );
   private readonly optics_task_ = new LatestTask<PlaygroundState>(async (wanted, signal) => {
     this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
   });
@@ -190,19 +195,24 @@ export class FstopApp extends LitElement {
   }
 
   private change_({ detail: { change, settled } }: StateChangeEvent): void {
-    // Letting go of a slider repeats its last value: the picture under way is the right one.
     const wanted = { ...this.state_, ...change };
-    if (fragment_of(wanted) !== fragment_of(this.state_)) this.show_(wanted);
+    if (fragment_of(wanted) !== fragment_of(this.state_)) {
+      this.show_(wanted, settled ? "urgent" : "patient");
+    } else if (settled) {
+      // A slider let go repeats its last value; what is under way for it goes on.
+      this.picture_task_.hurry();
+      this.optics_task_.hurry();
+    }
     if (settled) this.address_.write(wanted);
   }
 
   /// Makes a state the present one and asks for its picture and numbers.
-  private show_(wanted: PlaygroundState): void {
+  private show_(wanted: PlaygroundState, urgency: Urgency = "urgent"): void {
     const scene = wanted.scene === "" ? first_scene(this.scenes_) : wanted.scene;
     this.state_ = { ...wanted, scene };
     if (scene === "") return;
-    this.picture_task_.submit(this.state_);
-    this.optics_task_.submit(this.state_);
+    this.picture_task_.submit(this.state_, urgency);
+    this.optics_task_.submit(this.state_, urgency);
   }
 }
 

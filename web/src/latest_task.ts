@@ -9,25 +9,42 @@ export interface Pace {
 /// Short enough to feel immediate, long enough to join the events of one gesture.
 export const kDraggingPace: Pace = { rest_ms: 40, patience_ms: 120 };
 
+/// An urgent input aborts the run under way at once. A patient one, of a slider that is still
+/// held, lets it come to its first result: else a fast hand would never see one.
+export type Urgency = "urgent" | "patient";
+
+/// The task itself. It calls `has_result` at its first result, must end soon after its signal
+/// aborts, and reports its own errors.
+export type Run<Input> = (
+  input: Input,
+  signal: AbortSignal,
+  has_result: () => void,
+) => Promise<void>;
+
 export class LatestTask<Input> {
   private waiting_since_ms_: number | undefined;
   private timer_: ReturnType<typeof setTimeout> | undefined;
-  private current_: { abort: AbortController; done: Promise<void> } | undefined;
-  private next_: { input: Input } | undefined;
+  private next_: { input: Input; urgency: Urgency } | undefined;
+  private current_:
+    { abort: AbortController; result: Promise<void>; done: Promise<void> } | undefined;
 
-  /// `run` must end soon after its signal aborts; it reports its own errors.
   constructor(
-    private readonly run_: (input: Input, signal: AbortSignal) => Promise<void>,
+    private readonly run_: Run<Input>,
     private readonly pace_: Pace = kDraggingPace,
   ) {}
 
-  submit(input: Input): void {
-    this.next_ = { input };
+  submit(input: Input, urgency: Urgency = "urgent"): void {
+    this.next_ = { input, urgency };
     this.waiting_since_ms_ ??= performance.now();
     const waited_ms = performance.now() - this.waiting_since_ms_;
     const wait_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
     clearTimeout(this.timer_);
     this.timer_ = setTimeout(() => void this.start_(), wait_ms);
+  }
+
+  /// Makes the input that waits urgent, if one waits.
+  hurry(): void {
+    if (this.next_ !== undefined) this.submit(this.next_.input);
   }
 
   /// Drops what waits and aborts what runs.
@@ -40,16 +57,25 @@ export class LatestTask<Input> {
 
   private async start_(): Promise<void> {
     this.waiting_since_ms_ = undefined;
-    this.current_?.abort.abort();
-    await this.current_?.done;
+    const stale = this.current_;
+    if (this.next_?.urgency === "patient") await Promise.race([stale?.result, stale?.done]);
+    stale?.abort.abort();
+    await stale?.done;
     // Of several starts that waited for the same run, the first takes the newest input.
     const next = this.next_;
     if (next === undefined) return;
     this.next_ = undefined;
     const abort = new AbortController();
-    const done = this.run_(next.input, abort.signal);
-    this.current_ = { abort, done };
+    const { promise: result, resolve: has_result } = promise_with_resolver();
+    const done = this.run_(next.input, abort.signal, has_result);
+    this.current_ = { abort, result, done };
     await done;
     if (this.current_?.done === done) this.current_ = undefined;
   }
+}
+
+function promise_with_resolver(): { promise: Promise<void>; resolve: () => void } {
+  let resolve = (): void => undefined;
+  const promise = new Promise<void>((settle) => (resolve = settle));
+  return { promise, resolve };
 }

@@ -6,12 +6,14 @@ interface Run {
   signal: AbortSignal;
 }
 
-/// A task whose runs last `duration_ms` unless aborted, with a count of those at work.
-function watched_task(duration_ms: number) {
+/// A task whose runs last `duration_ms` unless aborted, with a count of those at work. Their first
+/// result comes after `result_ms`.
+function watched_task(duration_ms: number, result_ms = duration_ms) {
   const runs: Run[] = [];
   const seen = { at_work: 0, most_at_work: 0 };
-  const task = new LatestTask<number>(async (input, signal) => {
+  const task = new LatestTask<number>(async (input, signal, has_result) => {
     runs.push({ input, signal });
+    setTimeout(has_result, result_ms);
     seen.most_at_work = Math.max(seen.most_at_work, ++seen.at_work);
     await new Promise<void>((resolve) => {
       const timer = setTimeout(resolve, duration_ms);
@@ -56,6 +58,42 @@ describe("latest task", () => {
     expect(runs.length).toBeGreaterThanOrEqual(4);
     await vi.advanceTimersByTimeAsync(200);
     expect(runs.at(-1)?.input).toBe(59);
+  });
+
+  it("lets a run come to its first result while a slider is held", async () => {
+    const { task, runs, seen } = watched_task(1000, 300);
+    for (let input = 0; input < 100; ++input) {
+      task.submit(input, "patient");
+      await vi.advanceTimersByTimeAsync(10);
+    }
+    expect(runs.length).toBe(4); // after 40 ms the first, then one every 300 ms
+    expect(runs.map((run) => run.signal.aborted)).toEqual([true, true, true, false]);
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(runs.at(-1)?.input).toBe(99);
+    expect(seen.most_at_work).toBe(1);
+  });
+
+  it("aborts a run without a result for an urgent input, also while a patient one waits", async () => {
+    const { task, runs } = watched_task(1000, 300);
+    task.submit(1);
+    await vi.advanceTimersByTimeAsync(100);
+    task.submit(2, "patient");
+    await vi.advanceTimersByTimeAsync(100);
+    expect(runs.map((run) => run.signal.aborted)).toEqual([false]);
+    task.submit(3);
+    await vi.advanceTimersByTimeAsync(40);
+    task.submit(4, "patient");
+    await vi.advanceTimersByTimeAsync(100);
+    task.hurry();
+    await vi.advanceTimersByTimeAsync(40);
+    expect(runs.map((run) => [run.input, run.signal.aborted])).toEqual([
+      [1, true],
+      [3, true],
+      [4, false],
+    ]);
+    task.hurry(); // nothing waits: the run goes on
+    await vi.advanceTimersByTimeAsync(40);
+    expect(runs.at(-1)?.signal.aborted).toBe(false);
   });
 
   it("stops: nothing waits, what runs is aborted", async () => {

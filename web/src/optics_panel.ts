@@ -87,14 +87,11 @@ export class OpticsPanel extends LitElement {
 
   private numbers_(optics: OpticsReport): TemplateResult {
     const [across, down] = optics.view_angle_deg;
-    const hole = this.focus_distance_m === undefined ? optics.pinhole : undefined;
     const entries: [string, string][] = [
-      ...(hole === undefined ? [] : hole_entries(hole)),
       ["Image distance", quantity(optics.image_distance_mm, "mm")],
-      ["Magnification", quantity(optics.magnification)],
-      ["Sharp from", quantity(optics.near_m, "m")],
-      ["Sharp to", quantity(optics.far_m, "m")],
-      ["Hyperfocal distance", quantity(optics.hyperfocal_m, "m")],
+      ...(this.focus_distance_m === undefined
+        ? hole_entries(optics.pinhole)
+        : focus_entries(optics)),
       ["Working f-number", quantity(optics.f_number_effective)],
       ["Airy diameter", quantity(optics.airy_diameter_um, "µm")],
       ["View angle", `${quantity(across)}° × ${quantity(down)}°`],
@@ -115,7 +112,8 @@ export class OpticsPanel extends LitElement {
     return html`<div class="scroll">
       <table>
         <caption>
-          Blur disc on the sensor; negative in front of the focused plane
+          Blur disc on the
+          sensor${this.focus_distance_m === undefined ? "" : "; negative in front of the focused plane"}
         </caption>
         <thead>
           <tr>
@@ -139,6 +137,16 @@ export class OpticsPanel extends LitElement {
       </table>
     </div>`;
   }
+}
+
+/// What a lens has and a pinhole has not.
+function focus_entries(optics: OpticsReport): [string, string][] {
+  return [
+    ["Magnification", quantity(optics.magnification)],
+    ["Sharp from", quantity(optics.near_m, "m")],
+    ["Sharp to", quantity(optics.far_m, "m")],
+    ["Hyperfocal distance", quantity(optics.hyperfocal_m, "m")],
+  ];
 }
 
 /// What holds of a pinhole camera alone.

@@ -2,6 +2,7 @@ import { LitElement, css, html, nothing } from "lit";
 import type { PropertyValues, TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { RenderedImage } from "./api_client.ts";
+import type { RenderReport } from "./contract.ts";
 import { duration, error_size } from "./format.ts";
 import { kNoPicture, kPictureSize } from "./picture_updates.ts";
 import type { Activity, PictureView } from "./picture_updates.ts";
@@ -149,9 +150,10 @@ export class PicturePanel extends LitElement {
 
   /// Method, error and time; the headers' word until the report has come.
   private facts_(): TemplateResult | typeof nothing {
-    const { image, report } = this.view;
+    const { image } = this.view;
     if (image === undefined) return nothing;
     if (this.outdated) return html`<span>Picture of the last valid settings.</span>`;
+    const report = this.view.report?.id === image.id ? this.view.report : undefined;
     const estimate = report?.error.estimate ?? image.error.get("estimate");
     const upper_95 = report?.error.upper_95 ?? image.error.get("upper_95");
     return html`
@@ -161,6 +163,7 @@ export class PicturePanel extends LitElement {
           ? nothing
           : html`<span class="number">
               error <b>${error_size(estimate)}</b>, below <b>${error_size(upper_95)}</b> at 95 %
+              ${report === undefined || meets_target(report) ? nothing : html`<b>(more than the ${error_size(report.error.target)} asked for)</b>`}
             </span>`
       }
       <span class="number">${time_text(image)}</span>
@@ -178,8 +181,10 @@ export class PicturePanel extends LitElement {
 function time_text({ timings_ms, round_trip_ms }: RenderedImage): TemplateResult {
   const render_ms = timings_ms.get("render");
   const rendered =
-    render_ms === undefined
-      ? "already rendered"
-      : html`rendered in <b>${duration(render_ms)}</b>`;
+    render_ms === undefined ? "already rendered" : html`rendered in <b>${duration(render_ms)}</b>`;
   return html`${rendered}, here in ${duration(round_trip_ms)}`;
+}
+
+function meets_target({ error: { upper_95, target } }: RenderReport): boolean {
+  return upper_95 !== "infinity" && upper_95 <= target;
 }

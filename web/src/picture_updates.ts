@@ -1,5 +1,5 @@
-/// The way from a state to its picture: a quick preview, then the picture that was asked for,
-/// each with its report.
+/// The way from a state to its picture: two previews, each quick beside what follows it, then the
+/// picture that was asked for.
 import { BusyError } from "./api_client.ts";
 import type { ApiClient, RenderedImage } from "./api_client.ts";
 import type { ImageSize, RenderReport, RenderRequest } from "./contract.ts";
@@ -9,13 +9,23 @@ import { camera_of } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
 
 export const kPictureSize: ImageSize = { width: 960, height: 640 };
-const kPreviewSize: ImageSize = { width: 480, height: 320 };
-const kPreviewError = 0.03;
+
+interface Pass {
+  activity: Activity;
+  size: ImageSize;
+  least_error: number; // of max_error: more would be lost on so small a picture
+  max_time_ms?: number;
+}
+const kPasses: readonly Pass[] = [
+  { activity: "preview", size: { width: 240, height: 160 }, least_error: 0.05, max_time_ms: 120 },
+  { activity: "refining", size: { width: 480, height: 320 }, least_error: 0.03 },
+  { activity: "refining", size: kPictureSize, least_error: 0 },
+];
 
 export type Activity = "idle" | "preview" | "refining" | "waiting";
 
-/// What the page knows of its picture. `image` shows the state `shown`; `report` belongs to
-/// `image`, once it has come.
+/// What the page knows of its picture. `image` shows the state `shown`; `report` is the newest that
+/// has come, of `image` if it has its id.
 export interface PictureView {
   activity: Activity;
   image: RenderedImage | undefined;
@@ -43,11 +53,13 @@ export async function* picture_updates(
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
     yield { complaint: kNoComplaint };
-    for (const activity of ["preview", "refining"] as const) {
-      const request = render_request(state, activity);
+    for (const pass of kPasses) {
+      const { activity } = pass;
+      const request = render_request(state, pass);
       const image = yield* patiently(activity, (s) => source.render(request, s), signal);
-      yield { image, shown: state, report: undefined };
-      if (image.id === "") continue;
+      yield { image, shown: state };
+      // The server does not keep what was made against the clock, nor its report.
+      if (image.id === "" || pass.max_time_ms !== undefined) continue;
       const report = yield* patiently(activity, (s) => source.report(image.id, s), signal);
       yield { report };
     }
@@ -75,13 +87,16 @@ async function* patiently<Answer>(
   }
 }
 
-function render_request(state: PlaygroundState, activity: "preview" | "refining"): RenderRequest {
-  const is_preview = activity === "preview";
+function render_request(state: PlaygroundState, pass: Pass): RenderRequest {
+  const { size, least_error, max_time_ms } = pass;
   return {
     scene: state.scene,
     camera: camera_of(state),
-    image: { ...(is_preview ? kPreviewSize : kPictureSize), format: "png" },
-    quality: { max_error: is_preview ? Math.max(kPreviewError, state.max_error) : state.max_error },
+    image: { ...size, format: "png" },
+    quality: {
+      max_error: Math.max(least_error, state.max_error),
+      ...(max_time_ms === undefined ? {} : { max_time_ms }),
+    },
   };
 }
 

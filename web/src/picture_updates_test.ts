@@ -50,16 +50,23 @@ async function views(source: PictureSource, state: PlaygroundState, signal: Abor
 }
 
 describe("picture updates", () => {
-  it("show a preview, then the picture asked for, each with its own report", async () => {
+  it("show previews, then the picture asked for, with the reports of those that are kept", async () => {
     const { source, requests } = source_with();
     const seen = await views(source, kState, new AbortController().signal);
     expect(
       requests.map(({ image, quality }) => [image?.width, image?.height, quality?.max_error]),
     ).toEqual([
+      [240, 160, 0.05],
       [480, 320, 0.03],
       [960, 640, 0.01],
     ]);
-    for (const { image, report } of seen) if (report) expect(report.id).toBe(image?.id);
+    expect(requests.map(({ quality }) => quality?.max_time_ms)).toEqual([
+      120,
+      undefined,
+      undefined,
+    ]);
+    const reported = seen.filter(({ image, report }) => report && report.id === image?.id);
+    expect(new Set(reported.map(({ image }) => image?.id))).toEqual(new Set(["480", "960"]));
     expect(seen.at(-1)).toMatchObject({
       activity: "idle",
       image: { id: "960" },
@@ -69,14 +76,14 @@ describe("picture updates", () => {
 
   it("never preview better than what was asked for", async () => {
     const { source, requests } = source_with();
-    await views(source, { ...kState, max_error: 0.05 }, new AbortController().signal);
-    expect(requests.map(({ quality }) => quality?.max_error)).toEqual([0.05, 0.05]);
+    await views(source, { ...kState, max_error: 0.06 }, new AbortController().signal);
+    expect(requests.map(({ quality }) => quality?.max_error)).toEqual([0.06, 0.06, 0.06]);
   });
 
   it("wait as long as a busy server asks and try again", async () => {
     const { source, requests } = source_with(new BusyError(5), new BusyError(5));
     const seen = await views(source, kState, new AbortController().signal);
-    expect(requests).toHaveLength(4);
+    expect(requests).toHaveLength(5);
     expect(seen.filter(({ activity }) => activity === "waiting")).toHaveLength(2);
     expect(seen.at(-1)?.image?.id).toBe("960");
   });

@@ -51,11 +51,11 @@ export class ReportPanel extends LitElement {
       ${list("Effects", report.model.map(effect_text))}
       ${list(
         "Methods passed over",
-        report.passed_over.map(({ method, why }) => html`<b>${method}</b>: ${why}`),
+        report.passed_over.map(({ method, why }) => html`<b>${method}</b>: ${with_stop(why)}`),
       )}
       ${list(
         "Warnings",
-        report.warnings.map((warning) => html`${warning}`),
+        report.warnings.map((warning) => html`${sentence(warning)}`),
       )}
       ${this.cost_(report)}
     `;
@@ -95,5 +95,9 @@ function capitalized(text: string): string {
 }
 
 function sentence(text: string): string {
-  return /[.!?]$/.test(text) ? capitalized(text) : `${capitalized(text)}.`;
+  return with_stop(capitalized(text));
+}
+
+function with_stop(text: string): string {
+  return /[.!?]$/.test(text) ? text : `${text}.`;
 }

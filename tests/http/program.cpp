@@ -1,0 +1,88 @@
+#include "tests/http/program.h"
+
+#include <csignal>
+#include <fcntl.h>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/http/http_client.h"
+#include "tests/http/test_server.h"
+
+namespace fstop::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+int exit_code_of(int status) {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+// Starts the program with the three standard streams on files (empty: inherited).
+pid_t start(const std::vector<std::string>& arguments, const std::string& input,
+            const std::string& output, const std::string& errors) {
+  std::vector<char*> argv = {const_cast<char*>(FSTOP_PROGRAM)};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t process = ::fork();
+  if (process != 0) return process;
+  const auto redirect = [](const std::string& file, int flags, int descriptor) {
+    if (!file.empty()) ::dup2(::open(file.c_str(), flags, 0600), descriptor);
+  };
+  redirect(input, O_RDONLY, STDIN_FILENO);
+  redirect(output, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
+  redirect(errors, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
+  ::execv(argv.front(), argv.data());
+  ::_exit(127);
+}
+
+}  // namespace
+
+Outcome run_fstop(const std::vector<std::string>& arguments, const std::string& input) {
+  const TemporaryFolder folder;
+  folder.write("input", input);
+  const std::string path = folder.path().string();
+  const pid_t process = start(arguments, path + "/input", path + "/output", path + "/errors");
+  int status = 0;
+  ::waitpid(process, &status, 0);
+  return {exit_code_of(status), text_of_file(path + "/output"), text_of_file(path + "/errors")};
+}
+
+ServerProcess::ServerProcess(const fs::path& folder, const std::vector<std::string>& arguments)
+    : folder_(folder) {
+  const std::string port_file = (folder / "port").string();
+  std::vector<std::string> all = {"serve", "--port", "0", "--port-file", port_file};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  process_ = start(all, "/dev/null", "", (folder / "log").string());
+  const bool is_ready = eventually([&] {
+    std::ifstream file(port_file);
+    return static_cast<bool>(file >> port_) && ask(port_, "GET", "/readyz").status == 200;
+  });
+  if (!is_ready) throw std::runtime_error("fstop serve did not become ready: " + log_text());
+}
+
+ServerProcess::~ServerProcess() {
+  if (process_ <= 0) return;
+  ::kill(process_, SIGKILL);
+  wait();
+}
+
+void ServerProcess::signal(int number) const { ::kill(process_, number); }
+
+int ServerProcess::wait() {
+  int status = 0;
+  ::waitpid(process_, &status, 0);
+  process_ = -1;
+  return exit_code_of(status);
+}
+
+std::string ServerProcess::log_text() const { return text_of_file(folder_ / "log"); }
+
+int ServerProcess::open_descriptors() const {
+  const fs::path folder = "/proc/" + std::to_string(process_) + "/fd";
+  return static_cast<int>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+}  // namespace fstop::test

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace fstop::test {
+
+/// What a finished run of the fstop program left.
+struct Outcome {
+  int exit_code = -1;  // 128 + n if signal n ended it
+  std::string output = {};
+  std::string errors = {};
+};
+
+/// Runs `fstop arguments...` to its end.
+Outcome run_fstop(const std::vector<std::string>& arguments, const std::string& input = {});
+
+/// `fstop serve` as a process of its own, on a free port of the loopback.
+class ServerProcess {
+ public:
+  /// Returns once it is ready. `folder`: for its port file and log.
+  explicit ServerProcess(const std::filesystem::path& folder,
+                         const std::vector<std::string>& arguments = {});
+  /// Kills it if it still runs.
+  ~ServerProcess();
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+
+  std::uint16_t port() const noexcept { return port_; }
+  void signal(int number) const;
+  /// The exit code, as in Outcome.
+  int wait();
+  std::string log_text() const;
+  int open_descriptors() const;
+
+ private:
+  std::filesystem::path folder_;
+  pid_t process_ = -1;
+  std::uint16_t port_ = 0;
+};
+
+}  // namespace fstop::test
