@@ -235,8 +235,9 @@ class SceneReader {
   template <typename Item>
   static int index_of(std::string_view name, const std::vector<Item>& items, ObjectReader& reader,
                       std::string_view key) {
-    const auto found = std::ranges::find(items, name, &Item::name);
-    if (found != items.end()) return static_cast<int>(found - items.begin());
+    // Sorted, since they come from the members of an object.
+    const auto found = std::ranges::lower_bound(items, name, {}, &Item::name);
+    if (found != items.end() && found->name == name) return static_cast<int>(found - items.begin());
     reader.fault(key, "names no " + std::string(key) + " of this scene: " + shortened(name, 64));
     return 0;
   }

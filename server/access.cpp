@@ -60,10 +60,10 @@ bool AccessRules::knows_host(std::string_view host) const {
 }
 
 bool AccessRules::bears_token(const Request& request) const {
-  constexpr std::string_view scheme = "Bearer ";
+  constexpr std::string_view kScheme = "Bearer ";
   const std::string_view value = request.header("Authorization");
-  if (!equal_ignoring_case(value.substr(0, scheme.size()), scheme)) return false;
-  return equal_in_constant_time(token_, trimmed(value.substr(scheme.size())));
+  if (!equal_ignoring_case(value.substr(0, kScheme.size()), kScheme)) return false;
+  return equal_in_constant_time(token_, trimmed(value.substr(kScheme.size())));
 }
 
 void AccessRules::check(const Request& request) const {

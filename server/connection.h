@@ -30,8 +30,8 @@ class Connection {
   boost::asio::awaitable<bool> write(std::string_view head, std::span<const char> body,
                                      Clock::duration patience);
 
-  /// Returns once the peer has closed or reset the connection. Bytes that come meanwhile stay
-  /// unread, so a client cannot fill our memory while it waits.
+  /// Returns once the peer has reset the connection or closed it, be it only its own half. Bytes
+  /// that come meanwhile stay unread, so a client cannot fill our memory while it waits.
   boost::asio::awaitable<void> peer_gone();
 
   /// Says that no more will be sent and reads what still comes for a moment, so that the peer gets

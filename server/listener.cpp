@@ -106,8 +106,9 @@ asio::awaitable<void> Listener::turn_away(tcp::socket socket) {
   ++turned_away_;
   Connection connection(std::move(socket));
   const Reply reply = overloaded();
-  const bool sent = co_await connection.write(reply_head(reply, false), reply.bytes(),
-                                              session_context_.limits.write_deadline);
+  const std::string head = reply_head(reply, false);
+  const bool sent =
+      co_await connection.write(head, reply.bytes(), session_context_.limits.write_deadline);
   if (sent) co_await connection.linger();
   --turned_away_;
 }

@@ -47,7 +47,7 @@ double rounded_ms(double ms) { return std::round(ms * 1000.0) / 1000.0; }
 }  // namespace
 
 std::string json_string(std::string_view text, std::size_t max_bytes) {
-  constexpr std::string_view hex = "0123456789abcdef";
+  constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = "\"";
   for (const char c : text.substr(0, max_bytes)) {
     const auto byte = static_cast<unsigned char>(c);
@@ -56,8 +56,8 @@ std::string json_string(std::string_view text, std::size_t max_bytes) {
       quoted += c;
     } else if (byte < 0x20 || byte >= 0x7F) {
       quoted += "\\u00";
-      quoted += hex[byte >> 4U];
-      quoted += hex[byte & 0xFU];
+      quoted += kHex[byte >> 4U];
+      quoted += kHex[byte & 0xFU];
     } else {
       quoted += c;
     }

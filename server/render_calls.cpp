@@ -242,8 +242,8 @@ asio::awaitable<Reply> RenderCalls::output(Call& call) {
 
 // The file of the stored render in the format of ?format=, else by Accept, else `key`'s.
 asio::awaitable<Reply> RenderCalls::file_reply(Call& call, FileKey key) {
-  constexpr std::array<std::string_view, 1> known = {"format"};
-  const auto query = query_parameters(call.request, known);
+  constexpr std::array<std::string_view, 1> kKnown = {"format"};
+  const auto query = query_parameters(call.request, kKnown);
   key.format = query.contains("format")
                    ? format_of(query.at("format"))
                    : *negotiated(call.request.header("Accept"), key.format, false);

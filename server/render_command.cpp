@@ -27,11 +27,11 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 
 // What a file's name says of its format: a format's name, or one of the usual short forms.
 std::optional<ImageFormat> format_of_name(const fs::path& file) {
-  constexpr std::pair<std::string_view, ImageFormat> extensions[] = {
+  constexpr std::pair<std::string_view, ImageFormat> kExtensions[] = {
       {".png", ImageFormat::png},   {".jpeg", ImageFormat::jpeg}, {".jpg", ImageFormat::jpeg},
       {".webp", ImageFormat::webp}, {".tiff", ImageFormat::tiff}, {".tif", ImageFormat::tiff},
       {".exr", ImageFormat::exr}};
-  for (const auto& [extension, format] : extensions) {
+  for (const auto& [extension, format] : kExtensions) {
     if (file.extension() == extension) return format;
   }
   return std::nullopt;

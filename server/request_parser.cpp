@@ -208,9 +208,9 @@ void resolve_target(Request& request) {
     request.path = "*";
     return;
   }
-  constexpr std::string_view scheme = "http://";
-  if (lower_case(target.substr(0, scheme.size())) == scheme) {
-    target.remove_prefix(scheme.size());
+  constexpr std::string_view kScheme = "http://";
+  if (lower_case(target.substr(0, kScheme.size())) == kScheme) {
+    target.remove_prefix(kScheme.size());
     const std::size_t end = std::min(target.find_first_of("/?"), target.size());
     if (lower_case(target.substr(0, end)) != request.host)
       throw bad_framing("the request target and Host name different hosts");

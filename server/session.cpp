@@ -125,8 +125,8 @@ asio::awaitable<void> Session::read_body(const Request& request, RequestParser& 
   const auto deadline = Clock::now() + context_.limits.body_deadline;
   const bool is_expected = !request.header("Expect").empty();
   if (is_expected && unread_.empty()) {
-    constexpr std::string_view go_on = "HTTP/1.1 100 Continue\r\n\r\n";
-    if (!co_await connection_.write(go_on, {}, context_.limits.write_deadline)) throw ClientGone();
+    constexpr std::string_view kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
+    if (!co_await connection_.write(kGoOn, {}, context_.limits.write_deadline)) throw ClientGone();
   }
   for (;;) {
     if (!unread_.empty()) unread_.erase(0, parser.read_body(unread_));
@@ -171,8 +171,8 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
 
 asio::awaitable<bool> Session::send(const Request& request, const Reply& reply) {
   const bool without_body = request.verb == http::verb::head;
-  co_return co_await connection_.write(reply_head(reply, request.keep_alive),
-                                       without_body ? std::span<const char>() : reply.bytes(),
+  const std::string head = reply_head(reply, request.keep_alive);
+  co_return co_await connection_.write(head, without_body ? std::span<const char>() : reply.bytes(),
                                        context_.limits.write_deadline);
 }
 

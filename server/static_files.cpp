@@ -51,14 +51,14 @@ std::optional<unsigned> hex_digit(char c) {
 // Opens `path` ("a/b.js") below `root`, one name after the other, following no link. No name may
 // be empty or begin with a dot, so that none leads upwards.
 FileDescriptor open_below(const std::string& root, std::string_view path) {
-  constexpr int folder = O_PATH | O_DIRECTORY | O_CLOEXEC;
-  FileDescriptor at(::open(root.c_str(), folder));
+  constexpr int kFolder = O_PATH | O_DIRECTORY | O_CLOEXEC;
+  FileDescriptor at(::open(root.c_str(), kFolder));
   while (at.is_open()) {
     const std::size_t slash = path.find('/');
     const std::string name(path.substr(0, slash));
     if (name.empty() || name.front() == '.' || name.find('\\') != std::string::npos) break;
     const bool is_last = slash == std::string_view::npos;
-    const int flags = is_last ? O_RDONLY | O_NONBLOCK | O_CLOEXEC : folder;
+    const int flags = is_last ? O_RDONLY | O_NONBLOCK | O_CLOEXEC : kFolder;
     at = FileDescriptor(::openat(at.get(), name.c_str(), flags | O_NOFOLLOW));
     if (is_last) return at;
     path.remove_prefix(slash + 1);
@@ -81,7 +81,7 @@ std::optional<std::string> content_of(const FileDescriptor& file) {
 }
 
 std::string_view media_type_of(std::string_view path) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> types = {{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kTypes = {{
       {".html", "text/html; charset=utf-8"},
       {".js", "text/javascript; charset=utf-8"},
       {".mjs", "text/javascript; charset=utf-8"},
@@ -96,7 +96,7 @@ std::string_view media_type_of(std::string_view path) {
       {".woff2", "font/woff2"},
       {".txt", "text/plain; charset=utf-8"},
   }};
-  for (const auto& [extension, type] : types) {
+  for (const auto& [extension, type] : kTypes) {
     if (path.ends_with(extension)) return type;
   }
   return "application/octet-stream";

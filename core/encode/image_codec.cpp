@@ -29,7 +29,7 @@ constexpr int kMaxWebpSide = 16'383;  // WEBP_MAX_DIMENSION of libwebp
 // One thread each: fstop runs several encoders beside its renders, and OpenEXR's own pool would
 // ignore the limits of both. These two are process-wide settings of OpenImageIO.
 void use_one_thread() {
-  [[maybe_unused]] static const bool done =
+  [[maybe_unused]] static const bool kDone =
       OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
 }
 

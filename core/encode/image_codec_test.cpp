@@ -169,17 +169,21 @@ TEST(ImageCodec, JpegKeepsAFlatColour) {
 
 // ITU T.81: a frame header (FF C0) holds length, precision 8, height, width, 3 components of
 // (id, sampling, table): 0x11 for all three is 4:4:4. libjpeg scales the standard's tables, first
-// entry 16, by 200 - 2*92 = 16 percent: (16*16 + 50)/100 = 3.
+// entries (zigzag) 16, 11, 12, 14, 12, 10, 16, 14, by q = 200 - 2*92 percent: (16 q + 50)/100 = 3,
+// (11 q + 50)/100 = 2, ...; at 91 the fourth would be 3, at 93 the first 2.
 TEST(ImageCodec, JpegIsFullColourAtQuality92) {
   const auto bytes = encode({{{{"R", "G", "B"}, Image(8, 8, 3)}}, {}}, ImageFormat::jpeg);
   EXPECT_TRUE(contains(bytes, std::string("\xff\xc0\x00\x11\x08\x00\x08\x00\x08\x03"
                                           "\x01\x11\x00\x02\x11\x01\x03\x11\x01",
                                           19)));
-  EXPECT_TRUE(contains(bytes, std::string("\xff\xdb\x00\x43\x00\x03", 6)));
+  EXPECT_TRUE(contains(bytes, std::string("\xff\xdb\x00\x43\x00\3\2\2\2\2\2\3\2", 13)));
 }
 
 TEST(ImageCodec, ExrKeepsEveryLayerToTheBit) {
   Picture picture = full_picture(17, 70);  // more than one block of rows
+  // Stands apart from R, G, B in the file and beside them when decoded.
+  picture.layers.push_back({{"Y"}, Image(17, 70, 1)});
+  picture.layers.back().image.pixels()[9] = 0.5F;
   picture.layers[1].image.pixels()[5] = kInfinity;
   picture.layers[2].image.pixels()[6] = -kInfinity;
   picture.layers[0].image.pixels()[7] = kNan;

@@ -46,9 +46,9 @@ std::string chunked(const std::string& chunks) {
 }
 
 std::string chunk(const std::string& data, const std::string& extension = {}) {
-  constexpr std::string_view digits = "0123456789abcdef";
+  constexpr std::string_view kDigits = "0123456789abcdef";
   std::string size;
-  for (std::size_t rest = data.size(); rest > 0; rest /= 16) size.insert(0, 1, digits[rest % 16]);
+  for (std::size_t rest = data.size(); rest > 0; rest /= 16) size.insert(0, 1, kDigits[rest % 16]);
   return size + extension + "\r\n" + data + "\r\n";
 }
 

@@ -230,9 +230,9 @@ TEST_F(Program, VanishedClientsStopTheirRendersAndLeaveNoDescriptors) {
   EXPECT_TRUE(eventually([&] { return server.open_descriptors() <= descriptors; }));
   std::vector<double> times;
   const std::string log = server.log_text();
-  constexpr std::string_view mark = "\"stop_ms\":";
-  for (std::size_t at = log.find(mark); at != std::string::npos; at = log.find(mark, at + 1))
-    times.push_back(std::stod(log.substr(at + mark.size(), 32)));
+  constexpr std::string_view kMark = "\"stop_ms\":";
+  for (std::size_t at = log.find(kMark); at != std::string::npos; at = log.find(kMark, at + 1))
+    times.push_back(std::stod(log.substr(at + kMark.size(), 32)));
   std::sort(times.begin(), times.end());
   std::printf(
       "[          ] stop asked to render ended, %zu renders: median %.1f ms, most %.1f ms\n",

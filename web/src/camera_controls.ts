@@ -96,7 +96,7 @@ export class CameraControls extends LitElement {
         aria-describedby="scene-fault"
         aria-invalid=${this.faults_of_("scene").length > 0 ? "true" : "false"}
         .value=${live(scene)}
-        @change=${({ target }: Event) => this.change_({ scene: (target as HTMLSelectElement).value })}
+        @change=${(event: Event) => this.change_({ scene: chosen_value(event) })}
       >
         ${known ? nothing : html`<option value=${scene} selected>${scene || "…"}</option>`}
         ${this.scenes.map(
@@ -271,4 +271,8 @@ export class CameraControls extends LitElement {
     this.drafts_ = drafts;
     this.dispatchEvent(new StateChangeEvent(change, settled));
   }
+}
+
+function chosen_value(event: Event): string {
+  return (event.target as HTMLSelectElement).value;
 }

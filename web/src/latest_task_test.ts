@@ -73,7 +73,7 @@ describe("latest task", () => {
     expect(seen.most_at_work).toBe(1);
   });
 
-  it("aborts a run without a result for an urgent input, also while a patient one waits", async () => {
+  it("aborts at once for an urgent input, also while a patient one waits", async () => {
     const { task, runs } = watched_task(1000, 300);
     task.submit(1);
     await vi.advanceTimersByTimeAsync(100);

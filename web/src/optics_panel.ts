@@ -109,11 +109,14 @@ export class OpticsPanel extends LitElement {
 
   private table_(rows: readonly OpticsAtDistance[]): TemplateResult | typeof nothing {
     if (rows.length === 0) return nothing;
+    const caption =
+      this.focus_distance_m === undefined
+        ? "Blur disc on the sensor"
+        : "Blur disc on the sensor; negative in front of the focused plane";
     return html`<div class="scroll">
       <table>
         <caption>
-          Blur disc on the
-          sensor${this.focus_distance_m === undefined ? "" : "; negative in front of the focused plane"}
+          ${caption}
         </caption>
         <thead>
           <tr>

@@ -163,7 +163,7 @@ export class PicturePanel extends LitElement {
           ? nothing
           : html`<span class="number">
               error <b>${error_size(estimate)}</b>, below <b>${error_size(upper_95)}</b> at 95 %
-              ${report === undefined || meets_target(report) ? nothing : html`<b>(more than the ${error_size(report.error.target)} asked for)</b>`}
+              ${report === undefined ? nothing : excess_text(report)}
             </span>`
       }
       <span class="number">${time_text(image)}</span>
@@ -185,6 +185,10 @@ function time_text({ timings_ms, round_trip_ms }: RenderedImage): TemplateResult
   return html`${rendered}, here in ${duration(round_trip_ms)}`;
 }
 
-function meets_target({ error: { upper_95, target } }: RenderReport): boolean {
-  return upper_95 !== "infinity" && upper_95 <= target;
+/// Says so where the error asked for was not reached.
+function excess_text({
+  error: { upper_95, target },
+}: RenderReport): TemplateResult | typeof nothing {
+  if (upper_95 !== "infinity" && upper_95 <= target) return nothing;
+  return html`<b>(more than the ${error_size(target)} asked for)</b>`;
 }

@@ -50,7 +50,7 @@ async function views(source: PictureSource, state: PlaygroundState, signal: Abor
 }
 
 describe("picture updates", () => {
-  it("show previews, then the picture asked for, with the reports of those that are kept", async () => {
+  it("show previews, then the picture asked for, with reports of what is kept", async () => {
     const { source, requests } = source_with();
     const seen = await views(source, kState, new AbortController().signal);
     expect(
