@@ -8,6 +8,16 @@ fstop_test(optics_test LABEL unit
                    optics/exposure_test.cpp optics/pinhole_test.cpp optics/thin_lens_test.cpp
            LINK fstop_optics fstop_oracle)
 
+fstop_test(diffraction_test LABEL unit
+           SOURCES optics/bessel_test.cpp optics/circular_psf_test.cpp
+                   optics/defocus_field_test.cpp optics/diffraction_test.cpp
+                   optics/encircled_energy_test.cpp optics/lommel_test.cpp
+                   optics/oblique_pinhole_test.cpp optics/pinhole_figures_test.cpp
+                   optics/polygon_psf_test.cpp optics/quadrature_test.cpp
+                   optics/rayleigh_sommerfeld_test.cpp optics/spectrum_test.cpp
+                   optics/transfer_test.cpp
+           LINK fstop_optics fstop_oracle)
+
 fstop_test(sampling_test LABEL unit SOURCES sampling/sequence_test.cpp sampling/warp_test.cpp
            LINK fstop_sampling fstop_oracle)
 

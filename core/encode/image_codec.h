@@ -50,8 +50,8 @@ std::vector<std::byte> encode(const Picture& picture, ImageFormat format,
                               Precision precision = Precision::single);
 
 /// Every channel of an encoded file: R, G, B (and A) or Y as the first layer, then one layer for
-/// each stem before the last dot ("N" of N.X) and one for each other channel, and of EXR and TIFF
-/// the attributes. Values are as stored: sRGB formats give 0 to 1, not made linear. For fstop's
+/// each stem before the last dot ("N" of N.X) and one for each other channel; of EXR and TIFF the
+/// attributes. Values are as stored: sRGB formats give 0 to 1, not made linear. For fstop's
 /// own files; foreign ones go through decode_texture, which has limits.
 /// Throws: Error{bad_image}.
 Picture decode(std::span<const std::byte> bytes);

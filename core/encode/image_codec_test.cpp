@@ -181,8 +181,8 @@ TEST(ImageCodec, JpegIsFullColourAtQuality92) {
 
 TEST(ImageCodec, ExrKeepsEveryLayerToTheBit) {
   Picture picture = full_picture(17, 70);  // more than one block of rows
-  // Stands apart from R, G, B in the file and beside them when decoded.
-  picture.layers.push_back({{"Y"}, Image(17, 70, 1)});
+  // Stands between N.X and N.Y in the file, whose channels are sorted, but not in their layer.
+  picture.layers.push_back({{"N.X.confidence"}, Image(17, 70, 1)});
   picture.layers.back().image.pixels()[9] = 0.5F;
   picture.layers[1].image.pixels()[5] = kInfinity;
   picture.layers[2].image.pixels()[6] = -kInfinity;

@@ -64,29 +64,6 @@ std::string stem_of(const std::string& channel) {
   return color ? "" : channel + '.';
 }
 
-// Where each channel of a file goes: layer and place in that layer.
-struct Layout {
-  std::vector<std::vector<std::string>> names = {};              // by layer
-  std::vector<std::pair<std::size_t, std::size_t>> places = {};  // by channel of the file
-};
-
-Layout layout_of(const std::vector<std::string>& channels) {
-  Layout layout;
-  std::vector<std::string> stems;
-  for (const std::string& channel : channels) {
-    const std::string stem = stem_of(channel);
-    const auto found = std::find(stems.begin(), stems.end(), stem);
-    const auto layer = static_cast<std::size_t>(found - stems.begin());
-    if (found == stems.end()) {
-      stems.push_back(stem);
-      layout.names.emplace_back();
-    }
-    layout.places.emplace_back(layer, layout.names[layer].size());
-    layout.names[layer].push_back(channel);
-  }
-  return layout;
-}
-
 std::string own_name(const std::string& name) {  // OpenImageIO renames two of OpenEXR's
   if (name == "FNumber") return "aperture";
   if (name == "ExposureTime") return "expTime";
@@ -146,26 +123,21 @@ std::vector<ImageAttribute> tiff_attributes(std::string_view description) {
   return attributes;
 }
 
+// Neighbours of one stem make a layer: OpenImageIO hands out the channels of a stem together.
 void read_layers(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, Picture& picture) {
-  Layout layout = layout_of(spec.channelnames);
-  for (std::vector<std::string>& names : layout.names) {
-    const int channels = static_cast<int>(names.size());
-    picture.layers.push_back({std::move(names), Image(spec.width, spec.height, channels)});
-  }
-  // Channels that stand side by side both in the file and in their layer are read together.
-  const std::size_t count = layout.places.size();
-  for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-    const auto [layer, place] = layout.places[begin];
-    for (end = begin + 1; end < count && layout.places[end].first == layer; ++end) {
+  const std::vector<std::string>& channels = spec.channelnames;
+  for (std::size_t begin = 0, end = 0; begin < channels.size(); begin = end) {
+    const std::string stem = stem_of(channels[begin]);
+    for (end = begin + 1; end < channels.size() && stem_of(channels[end]) == stem; ++end) {
     }
-    Image& image = picture.layers[layer].image;
-    const auto pixel = static_cast<OIIO::stride_t>(sizeof(float)) * image.channels();
+    ImageLayer layer{.channel_names = {channels.data() + begin, channels.data() + end},
+                     .image = Image(spec.width, spec.height, static_cast<int>(end - begin))};
     if (!input.read_image(0, 0, static_cast<int>(begin), static_cast<int>(end),
-                          OIIO::TypeDesc::FLOAT, image.pixels().data() + place, pixel,
-                          pixel * image.width())) {
+                          OIIO::TypeDesc::FLOAT, layer.image.pixels().data())) {
       input.geterror();  // taken, or it would be printed
       refuse("the image's data are damaged or truncated");
     }
+    picture.layers.push_back(std::move(layer));
   }
 }
 

@@ -57,19 +57,19 @@ class SrgbCodes {
 }  // namespace
 
 std::vector<std::uint8_t> srgb_bytes(const Image& image, int channels) {
-  static const SrgbCodes codes;
+  static const SrgbCodes kCodes;
   const std::vector<float>& samples = image.pixels();
   std::vector<std::uint8_t> bytes;
   if (channels == image.channels()) {
     bytes.resize(samples.size());
     std::transform(samples.begin(), samples.end(), bytes.begin(),
-                   [&](float x) { return codes(x); });
+                   [&](float x) { return kCodes(x); });
     return bytes;
   }
   const auto copies = static_cast<std::size_t>(channels);
   bytes.resize(samples.size() * copies);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    std::fill_n(bytes.data() + i * copies, copies, codes(samples[i]));
+    std::fill_n(bytes.data() + i * copies, copies, kCodes(samples[i]));
   }
   return bytes;
 }

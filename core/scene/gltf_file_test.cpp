@@ -246,6 +246,7 @@ TEST(GltfFile, RefusesAccessorsBeyondTheirBuffer) {
   };
   const std::string beyond = "reaches beyond its buffer";
   expect_bad(with(R"("byteOffset": 36)", R"("byteOffset": 40)", &Parts::accessors), beyond);
+  expect_bad(with(R"("byteOffset": 36)", R"("byteOffset": 64)", &Parts::accessors), beyond);
   expect_bad(
       with(R"("byteOffset": 36)", R"("byteOffset": 18446744073709551580)", &Parts::accessors),
       beyond);
@@ -272,6 +273,11 @@ TEST(GltfFile, BoundsItsJson) {
   Parts parts;
   parts.more = R"("extras": )" + std::string(100'000, '[') + std::string(100'000, ']') + ',';
   expect_bad(parts, "nested too deeply");
+  for (const std::size_t levels : {63U, 64U}) {  // of 64 with the root
+    parts.more = R"("extras": )" + std::string(levels, '[') + std::string(levels, ']') + ',';
+    if (levels == 63) EXPECT_NO_THROW(load(parts));
+    if (levels == 64) expect_bad(parts, "nested too deeply");
+  }
   parts.more = R"("materials": [{})";
   for (int i = 0; i < 200'000; ++i) parts.more += ",{}";
   parts.more += "],";
