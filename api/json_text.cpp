@@ -112,14 +112,14 @@ std::string text_of(const Json& value) {
 }  // namespace
 
 nlohmann::json parse_json(std::string_view text, const Limits& limits) {
-  // The library takes a NUL for the end of the text and would not look at what follows.
-  if (const std::size_t nul = text.find('\0'); nul != text.npos) {
-    throw InvalidRequest(FieldFault{"#", "is not JSON at byte " + std::to_string(nul) + ": NUL"},
-                         ErrorCode::malformed_json);
-  }
   TextCheck check(text, limits);
   if (!json::sax_parse(text, &check)) {
     throw InvalidRequest(check.fault().value_or(FieldFault{"#", "is not JSON"}),
+                         ErrorCode::malformed_json);
+  }
+  // The library takes a NUL outside a string for the end and has not looked at what follows.
+  if (const std::size_t nul = text.find('\0'); nul != text.npos) {
+    throw InvalidRequest(FieldFault{"#", "is not JSON at byte " + std::to_string(nul) + ": NUL"},
                          ErrorCode::malformed_json);
   }
   return json::parse(text);

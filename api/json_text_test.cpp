@@ -44,6 +44,7 @@ TEST(JsonText, NamesThePlaceOfWhatIsNotJson) {
       {"{\"a\": \"\0\"}"s, "#/a", "not JSON"},
       {R"({"a": "\ud800"})", "#/a", "not JSON"},
       {R"({"a": [1, 2)", "#/a/2", "not JSON"},
+      {"{\"a\": 1}\0 x"s, "#", "NUL"},
       {"", "#", "not JSON"},
       {"{", "#", "not JSON"},
       {"nul", "#", "not JSON"},

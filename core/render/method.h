@@ -31,6 +31,8 @@ struct ShotFacts {
   double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
   bool moves = false;            // something moves while the shutter is open
   bool mirrors = false;          // something reflects or transmits
+  double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
+  bool forks = false;            // one surface both reflects and transmits
   bool area_lights = false;
   bool mip_maps = false;
   std::uint64_t probe_rays = 0;

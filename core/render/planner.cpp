@@ -150,11 +150,11 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
   }
   if (facts.area_lights) model.push_back(modelled("area light", "sampled over its surface"));
   if (facts.mirrors) {
-    model.push_back(
-        {.effect = "reflection and transmission",
-         .modelled = true,
-         .bound = kSmallestBranch,
-         .why = "followed until a branch counts less than " + rounded(kSmallestBranch)});
+    model.push_back({.effect = "reflection and transmission",
+                     .modelled = true,
+                     .bound = facts.branch_error,
+                     .why = "followed until a branch counts less than " + rounded(kSmallestBranch) +
+                            " or lies " + std::to_string(kDeepestBranch) + " deep"});
   }
   model.push_back(shot.effects.falloff == EffectChoice::on
                       ? modelled("falloff", "cos^4 of the chief ray")

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/shading/illumination.h"
+#include "core/shading/ray_tree.h"
 
 namespace fstop {
 namespace {
@@ -74,7 +74,7 @@ void probe(const Shot& shot, ShotFacts& facts) {
       const double cosine = dot(Vec3{d.x, d.y, d.z}, camera.pose().forward());
       const Length depth = packet.hit(lane) ? Length::si(packet.far[k] * cosine) : kInfinitelyFar;
       if (!packet.hit(lane) && scene.scene().background == Rgb{0, 0, 0}) continue;
-      if (!(depth > Length{})) continue;
+      if (!(depth > Length{})) continue;  // a surface through the pupil has no blur disc
       facts.largest_blur_px =
           std::max(facts.largest_blur_px,
                    std::abs(blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch));
@@ -100,6 +100,11 @@ ShotFacts facts_of(const Shot& shot) {
   facts.moves = shot.scene->moves() && shot.camera.shutter_seconds > 0.0;
   for (const Material& material : scene.materials) {
     facts.mirrors = facts.mirrors || material.reflection > 0.0 || material.transmission > 0.0;
+  }
+  if (facts.mirrors) {
+    const BranchBound bound = branch_bound(scene.materials);
+    facts.branch_error = bound.error;
+    facts.forks = bound.forks;
   }
   for (const Light& light : scene.lights) {
     facts.area_lights = facts.area_lights || std::holds_alternative<AreaLight>(light.kind);

@@ -13,7 +13,6 @@
 #include "core/render/progressive.h"
 #include "core/render/shot_facts.h"
 #include "core/render/texture_detail.h"
-#include "core/shading/ray_tree.h"
 
 namespace fstop {
 namespace {
@@ -83,6 +82,11 @@ std::span<const RenderMethod* const> render_methods() {
 
 Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
   const Shot shot = shot_of(spec, &scene);
+  if (scene.moves() && spec.camera.shutter_seconds > kLongestShutter &&
+      spec.effects.motion != EffectChoice::off) {
+    throw Error(ErrorCode::outside_domain,
+                "needs shutter_s of at most 64 s where objects move, or effects.motion off");
+  }
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
   const ShotFacts facts = facts_of(shot);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
@@ -99,7 +103,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   const double contrast = contrast_of(photograph.color);
   report.model = model_of(shot, facts, plan, contrast);
   double bias = omission_rmse(plan.quote.error.omitted, contrast);
-  if (facts.mirrors) bias += static_cast<double>(kSmallestBranch);
+  bias += facts.branch_error;
   if (facts.mip_maps) {
     const double detail =
         texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error));
@@ -118,6 +122,14 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                  .samples_max = film.samples()};
   report.warnings = std::move(plan.warnings);
   std::ranges::move(outcome.warnings, std::back_inserter(report.warnings));
+  if (facts.forks) {
+    report.warnings.push_back(
+        "a material reflects and transmits both: the many light branches that were cut may add up "
+        "to more than the bound of one");
+  }
+  if (report.error.upper_95 > spec.quality.max_error) {
+    report.warnings.push_back("the error's bound is above max_error");
+  }
   return photograph;
 }
 

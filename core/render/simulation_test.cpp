@@ -304,6 +304,11 @@ TEST(Simulation, RefusesWhatNoMethodCoversOrNoCameraIs) {
   std::get<LensSpec>(spec.camera.optics).focus_distance = 50.0_mm;
   EXPECT_EQ(refusal_of(spec, scene), ErrorCode::outside_domain);
   spec = small_shot();
+  Scene moving = busy_scene();
+  moving.objects[1].velocity = {1, 0, 0};
+  spec.camera.shutter_seconds = 65.0;
+  EXPECT_EQ(refusal_of(spec, RayScene(moving)), ErrorCode::outside_domain);
+  spec = small_shot();
   spec.height = 65;
   EXPECT_EQ(refusal_of(spec, scene), ErrorCode::outside_domain);
   spec = small_shot();

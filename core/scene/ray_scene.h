@@ -55,8 +55,8 @@ class RayScene {
   /// Something lets light through straight on, so that shadow rays need transmittance().
   bool has_thin_sheets() const noexcept { return has_thin_sheets_; }
 
-  /// Finds the first hit of every valid lane, at time `packet.time` (seconds after the shutter
-  /// opens, 0 to kLongestShutter).
+  /// Finds the first hit of every valid lane, at `packet.time`, the time after the shutter
+  /// opens as a share of kLongestShutter, 0 to 1.
   void intersect(RayPacket& packet, const LaneMask& valid, Coherence coherence) const noexcept;
   /// Sets `far` of every valid lane to -infinity where anything lies between near and far.
   void occlude(RayPacket& packet, const LaneMask& valid, Coherence coherence) const noexcept;
@@ -69,7 +69,7 @@ class RayScene {
 
   /// The surface that lane `lane` has hit.
   Surface surface(const RayPacket& packet, int lane) const noexcept;
-  /// The corners of the triangle that was hit; of a sphere or quad, three times the hit point.
+  /// The corners of the triangle that was hit; of a sphere, three times the hit point.
   std::array<Corner, 3> corners(const Surface& surface) const noexcept;
   const Material& material(const Surface& surface) const noexcept;
   Interpolation interpolation(const Surface& surface) const noexcept;

@@ -264,6 +264,43 @@ TEST(RayTree, ThinSheetMixesItselfWithWhatIsBehind) {
                {0.05F + 0.75F, 0.05F + 0.375F, 0.05F + 0.1875F});
 }
 
+TEST(RayTree, ManyClearSheetsLetTheLightThrough) {
+  Scene scene = mirror_scene();
+  scene.materials[2] = Material{.transmission = 0.98};
+  for (int i = 0; i < 40; ++i) {
+    scene.objects.push_back(wall(-1.0 - 0.01 * i));
+    scene.objects.back().material = 2;
+  }
+  scene.objects.push_back(wall(-2.0, 6.0));
+  scene.objects.back().material = 1;
+  // 0.98^40 of what is behind; 40 products of single precision round by 40 * 2^-24.
+  EXPECT_NEAR(radiance(scene, {0, 0, 0}, {0.1F, 0, -1})[0], std::pow(0.98, 40), 1e-5);
+}
+
+TEST(RayTree, BoundCoversTheDeepestPath) {
+  const std::vector<Material> clear = {Material{.transmission = 1.0}};
+  EXPECT_DOUBLE_EQ(branch_bound(clear).error, 1.0);  // a longer stack would be black
+  const std::vector<Material> mirror = {Material{.reflection = 0.95}};
+  EXPECT_DOUBLE_EQ(branch_bound(mirror).error, std::pow(0.95, kDeepestBranch));
+  EXPECT_FALSE(branch_bound(mirror).forks);
+  const std::vector<Material> glass = {
+      Material{.reflection = 0.1, .transmission = 0.9, .ior = 1.5}};
+  EXPECT_TRUE(branch_bound(glass).forks);
+}
+
+TEST(Illumination, LightsOnAndNearSurfacesStayFinite) {
+  Scene scene = lit_wall(ShadingModel::phong, 3.0);
+  for (const Vec3 position : {Vec3{0, 0, -1}, Vec3{0, 0, -1 + 1e-30}, Vec3{0.1, 0, -0.9}}) {
+    for (const Attenuation attenuation : {Attenuation{0, 0, 1e-300}, Attenuation{5e-324, 0, 0}}) {
+      scene.lights = {{.kind = PointLight{.position = position, .attenuation = attenuation},
+                       .intensity = {1e6F, 1e6F, 1e6F}}};
+      for (const float value : radiance(scene, {0, 0, 0}, {0, 0, -1})) {
+        EXPECT_TRUE(std::isfinite(value * value));
+      }
+    }
+  }
+}
+
 TEST(RayTree, FacingMirrorsEndAtTheWeightThatCountsNoMore) {
   Scene scene = mirror_scene();
   scene.materials[0].emission.value = {1.0F, 1.0F, 1.0F};

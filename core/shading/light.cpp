@@ -9,6 +9,9 @@
 namespace fstop {
 namespace {
 
+// Only what single precision cannot hold is cut: squares of a million times this stay finite.
+constexpr double kLargestAttenuation = 1e12;
+
 // Light that comes from one place, spread to all sides.
 IncidentLight from_point(Vec3f source, const Attenuation& attenuation, const Rgb& intensity,
                          Vec3f position) {
@@ -55,7 +58,8 @@ struct Incidence {
 
 float radial_attenuation(const Attenuation& attenuation, float distance) noexcept {
   const double d = distance;
-  return static_cast<float>(1.0 / (attenuation.a0 + attenuation.a1 * d + attenuation.a2 * d * d));
+  const double factor = 1.0 / (attenuation.a0 + attenuation.a1 * d + attenuation.a2 * d * d);
+  return static_cast<float>(std::min(factor, kLargestAttenuation));
 }
 
 IncidentLight incident_light(const Light& light, Vec3f position, float u, float v) noexcept {

@@ -1,5 +1,6 @@
 #include "core/shading/ray_tree.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/shading/material.h"
@@ -56,7 +57,8 @@ class Tree {
   }
 
   Rgb follow(const Surface& surface, Vec3f direction, const Branch& branch) {
-    if (branch.weight < kSmallestBranch || branch.depth > kDeepestBranch) return {0, 0, 0};
+    const bool counts = branch.weight >= kSmallestBranch && branch.depth <= kDeepestBranch;
+    if (!counts || ++branches_ > kMostBranches) return {0, 0, 0};
     const float side = dot(surface.geometric_normal, direction) >= 0.0F ? 1.0F : -1.0F;
     const Vec3f origin = surface.position + surface.geometric_normal * (side * surface.error);
     RayPacket packet;
@@ -81,6 +83,7 @@ class Tree {
 
   const ShadingInputs& in_;
   std::uint64_t& rays_;
+  int branches_ = 0;
 };
 
 }  // namespace
@@ -98,6 +101,19 @@ void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& val
     colors.set(
         lane, Tree(in, rays).complete(surfaces[k], packet.direction(lane), colors.get(lane), root));
   }
+}
+
+BranchBound branch_bound(const std::vector<Material>& materials) {
+  BranchBound bound{.error = kSmallestBranch};
+  for (const Material& material : materials) {
+    const double transmission = material.transmission;
+    const bool is_sheet = transmission > 0.0 && !material.ior;
+    const double reflection = (is_sheet ? 1.0 - transmission : 1.0) * material.reflection;
+    bound.forks = bound.forks || (reflection > 0.0 && transmission > 0.0);
+    bound.error = std::max(bound.error, std::pow(std::max(reflection, transmission),
+                                                 static_cast<double>(kDeepestBranch)));
+  }
+  return bound;
 }
 
 bool refracted(Vec3f incident, Vec3f normal, float eta, Vec3f& direction) noexcept {

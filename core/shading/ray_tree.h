@@ -7,7 +7,18 @@ namespace fstop {
 /// Branches lighter than this are not followed: what they would add is less than a quarter of a
 /// step of an 8-bit image for radiance up to 1.
 inline constexpr float kSmallestBranch = 0.001F;
-inline constexpr int kDeepestBranch = 12;
+inline constexpr int kDeepestBranch = 64;
+/// Rays of one sample's tree: where mirrors and glass double the branches at every surface.
+inline constexpr int kMostBranches = 4096;
+
+/// Largest error that cutting branches leaves in a sample whose further light is at most 1:
+/// the heavier of the smallest branch followed and of the heaviest path at kDeepestBranch. Holds
+/// for paths that do not fork; `forks` tells whether some material reflects and transmits both.
+struct BranchBound {
+  double error = 0.0;
+  bool forks = false;
+};
+BranchBound branch_bound(const std::vector<Material>& materials);
 
 /// Radiance along every valid lane of a traced packet: local light plus mirrored, refracted and
 /// straight-through light, recursively (Whitted 1980), without Fresnel:

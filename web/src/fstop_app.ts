@@ -166,7 +166,10 @@ export class FstopApp extends LitElement {
             ></fstop-optics>
           </section>
           <section class="panel" aria-label="How the picture was made">
-            <fstop-report .report=${this.picture_.report}></fstop-report>
+            <fstop-report
+              .report=${this.picture_.report}
+              .outdated=${this.picture_.report?.id !== this.picture_.image?.id}
+            ></fstop-report>
           </section>
         </div>
       </main>

@@ -9,12 +9,17 @@ import { kBaseStyles } from "./shared_styles.ts";
 @customElement("fstop-report")
 export class ReportPanel extends LitElement {
   @property({ attribute: false }) report: RenderReport | undefined;
+  /// Whether a newer picture is there already, whose report is still to come.
+  @property({ type: Boolean, reflect: true }) outdated = false;
 
   static override styles = [
     kBaseStyles,
     css`
       :host {
         display: block;
+      }
+      :host([outdated]) .reasons {
+        opacity: 0.6;
       }
       ul {
         margin: 0 0 1rem;
@@ -42,7 +47,7 @@ export class ReportPanel extends LitElement {
       ${
         this.report === undefined
           ? html`<p class="muted">The reasons come with the picture.</p>`
-          : this.reasons_(this.report)
+          : html`<div class="reasons">${this.reasons_(this.report)}</div>`
       }`;
   }
 
