@@ -7,7 +7,10 @@ const char* __lsan_default_suppressions();
 
 const char* __tsan_default_suppressions() {
   return "called_from_lib:libtbb.so\n"
-         "called_from_lib:libembree3.so\n";
+         "called_from_lib:libembree3.so\n"
+         // Embree builds on threads of oneTBB; nothing of ours runs under it but its memory count.
+         "race:libembree3.so\n"
+         "race:fstop::RayScene::Acceleration\n";
 }
 
 // Both keep pools of their own until the process ends.

@@ -7,6 +7,12 @@ const kFourDigits = new Intl.NumberFormat("en", {
 });
 const kTwoDigits = new Intl.NumberFormat("en", { maximumSignificantDigits: 2, useGrouping: false });
 
+const kTwoDigitsUp = new Intl.NumberFormat("en", {
+  maximumSignificantDigits: 2,
+  useGrouping: false,
+  roundingMode: "ceil",
+});
+
 /// A number of the server, with its unit; a dash where the server gave none.
 export function quantity(value: Distance | null | undefined, unit = ""): string {
   if (value === null || value === undefined) return "–";
@@ -14,9 +20,14 @@ export function quantity(value: Distance | null | undefined, unit = ""): string 
   return `${signed(kFourDigits.format(value))}${unit === "" ? "" : `\u00a0${unit}`}`;
 }
 
-/// An error or a bound: two digits are all that it is worth.
+/// An error: two digits are all that it is worth.
 export function error_size(value: Distance): string {
   return value === "infinity" ? "∞" : kTwoDigits.format(value);
+}
+
+/// An upper bound: its two digits never say less than it does.
+export function bound_size(value: Distance): string {
+  return value === "infinity" ? "∞" : kTwoDigitsUp.format(value);
 }
 
 export function duration(value_ms: number): string {

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { duration, error_size, quantity } from "./format.ts";
+import { bound_size, duration, error_size, quantity } from "./format.ts";
 
 describe("numbers as text", () => {
   it("have four digits, a unit and a true minus sign", () => {
@@ -18,6 +18,12 @@ describe("numbers as text", () => {
   it("claim two digits of an error", () => {
     expect(error_size(0.0071234)).toBe("0.0071");
     expect(error_size("infinity")).toBe("∞");
+  });
+
+  it("never state a bound below itself", () => {
+    expect(bound_size(0.0204088)).toBe("0.021");
+    expect(bound_size(0.02)).toBe("0.02");
+    expect(bound_size("infinity")).toBe("∞");
   });
 
   it("read as milliseconds or seconds", () => {

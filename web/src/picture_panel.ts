@@ -3,7 +3,7 @@ import type { PropertyValues, TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { RenderedImage } from "./api_client.ts";
 import type { RenderReport } from "./contract.ts";
-import { duration, error_size } from "./format.ts";
+import { bound_size, duration, error_size } from "./format.ts";
 import { kNoPicture, kPictureSize } from "./picture_updates.ts";
 import type { Activity, PictureView } from "./picture_updates.ts";
 import { kBaseStyles } from "./shared_styles.ts";
@@ -162,7 +162,7 @@ export class PicturePanel extends LitElement {
         estimate === undefined || upper_95 === undefined
           ? nothing
           : html`<span class="number">
-              error <b>${error_size(estimate)}</b>, below <b>${error_size(upper_95)}</b> at 95 %
+              error <b>${error_size(estimate)}</b>, below <b>${bound_size(upper_95)}</b> at 95 %
               ${report === undefined ? nothing : excess_text(report)}
             </span>`
       }

@@ -2,7 +2,7 @@ import { LitElement, css, html, nothing } from "lit";
 import type { TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { ModelledEffect, RenderReport } from "./contract.ts";
-import { error_size, quantity } from "./format.ts";
+import { bound_size, error_size, quantity } from "./format.ts";
 import { kBaseStyles } from "./shared_styles.ts";
 
 /// Why the picture was made this way: what was modelled, what was left out, what else was weighed.
@@ -88,8 +88,8 @@ function effect_text({ effect, modelled, bound, why }: ModelledEffect): Template
     bound === 0
       ? "."
       : modelled
-        ? `; without it the picture would be wrong by up to ${error_size(bound)}.`
-        : `; that changes the picture by at most ${error_size(bound)}.`;
+        ? `; without it the picture would be wrong by up to ${bound_size(bound)}.`
+        : `; that changes the picture by at most ${bound_size(bound)}.`;
   return html`<b>${capitalized(effect)}</b>
     <span class="number">${modelled ? "is modelled" : "is left out"}${consequence}</span>
     ${why === "" ? nothing : html`<span class="muted">${sentence(why)}</span>`}`;
