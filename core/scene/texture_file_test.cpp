@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/scene/handmade_files.h"
+#include "core/scene/image_header.h"
 #include "core/scene/scene_file.h"
 
 namespace fstop {
@@ -163,6 +164,8 @@ TEST(TextureFile, PassesOverMetadata) {
       handmade::png(2, 8, PngColor::grey, {row({0, 255})},
                     {{"iCCP", noise}, {"zTXt", noise}, {"tIME", noise}, {"eXIf", noise}});
   EXPECT_EQ(texture(png).pixels(), (std::vector<float>{0, 0, 0, 1, 1, 1}));
+  EXPECT_EQ(without_metadata(image_header("t.png", png, 2), png),
+            handmade::png(2, 8, PngColor::grey, {row({0, 255})}));
   Writer segments(true);
   segments.put(std::uint16_t{0xffe1})
       .put(std::uint16_t{20})
@@ -171,6 +174,8 @@ TEST(TextureFile, PassesOverMetadata) {
   segments.text("\xff\xff").put(std::uint16_t{0xffe2}).put(std::uint16_t{2});
   EXPECT_EQ(texture(handmade::jpeg(188, true, segments.bytes())).pixels(),
             texture(handmade::jpeg(188, true)).pixels());
+  const Bytes jpeg = handmade::jpeg(188, true, segments.bytes());
+  EXPECT_EQ(without_metadata(image_header("t.jpg", jpeg, 64), jpeg), handmade::jpeg(188, true));
 }
 
 TEST(TextureFile, RecognisesFilesByTheirBytes) {
