@@ -27,6 +27,14 @@ struct Limits {
   std::chrono::milliseconds render_time{600'000};
   int object_distances = 1000;  // of one optics request
 
+  // One point spread.
+  int psf_points = 4096;           // radii, and frequencies
+  int psf_fractions = 64;          // of encircled energy
+  int psf_image_side = 1024;       // pixels
+  double psf_rgb_defocus = 700.0;  // |U| in radians: beyond, RGB needs over 513 wavelengths
+  double psf_operations = 4e8;     // nodes, edges and series' terms: 15 ns each
+  int waiting_psfs = 16;           // on the server; more are answered 503
+
   // One scene.
   AssetLimits assets{.max_file_bytes = std::size_t{64} << 20,
                      .max_triangles = 2'000'000,
@@ -59,6 +67,7 @@ struct Limits {
 inline Limits command_line_limits() {
   Limits limits;
   limits.samples = 1'000'000'000'000;
+  limits.psf_operations = 1e11;
   limits.body_bytes = limits.scene_bytes;
   return limits;
 }

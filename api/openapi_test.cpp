@@ -9,6 +9,7 @@
 #include "api/contract_schema.h"
 #include "api/optics_request.h"
 #include "api/problem.h"
+#include "api/psf_request.h"
 #include "api/render_request.h"
 #include "core/optics/pinhole.h"
 
@@ -23,12 +24,38 @@ std::string file_text(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-bool parses(const json& request, bool optics) {
+/// A kind of request, and the schema of its name.
+enum class Kind { render, optics, psf };
+
+std::string schema_of(Kind kind) {
+  switch (kind) {
+    case Kind::render:
+      return "RenderRequest";
+    case Kind::optics:
+      return "OpticsRequest";
+    case Kind::psf:
+      return "PsfRequest";
+  }
+  return {};
+}
+
+Kind kind_of_file(const std::string& name) {
+  if (name.starts_with("optics")) return Kind::optics;
+  return name.starts_with("psf") ? Kind::psf : Kind::render;
+}
+
+bool parses(const json& request, Kind kind) {
   try {
-    if (optics) {
-      parse_optics_request(request.dump(), Limits{});
-    } else {
-      parse_render_request(request.dump(), Limits{}, SceneNames::stored_only);
+    switch (kind) {
+      case Kind::render:
+        parse_render_request(request.dump(), Limits{}, SceneNames::stored_only);
+        break;
+      case Kind::optics:
+        parse_optics_request(request.dump(), Limits{});
+        break;
+      case Kind::psf:
+        parse_psf_request(request.dump(), Limits{});
+        break;
     }
     return true;
   } catch (const InvalidRequest&) {
@@ -75,31 +102,25 @@ TEST(OpenApi, KnowsTheCriteriaOfTheOptics) {
 }
 
 TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
-  const ContractSchema render("RenderRequest");
-  const ContractSchema optics("OpticsRequest");
   int examples = 0;
   for (const fs::directory_entry& entry :
        fs::directory_iterator(FSTOP_SOURCE_DIR "/api/examples")) {
-    const bool is_optics = entry.path().filename().string().starts_with("optics");
+    const Kind kind = kind_of_file(entry.path().filename().string());
     const json example = json::parse(file_text(entry.path()));
-    EXPECT_EQ((is_optics ? optics : render).objection(example), "") << entry.path();
-    EXPECT_TRUE(parses(example, is_optics)) << entry.path();
+    EXPECT_EQ(ContractSchema(schema_of(kind)).objection(example), "") << entry.path();
+    EXPECT_TRUE(parses(example, kind)) << entry.path();
     ++examples;
   }
-  EXPECT_GE(examples, 6);
+  EXPECT_GE(examples, 9);
   const json paths = json::parse(openapi_json()).at("paths");
-  const auto body = [&](const std::string& path) {
-    return paths.at(path)
-        .at("post")
-        .at("requestBody")
-        .at("content")
-        .at("application/json")
-        .at("example");
-  };
-  EXPECT_EQ(render.objection(body("/v1/renders")), "");
-  EXPECT_TRUE(parses(body("/v1/renders"), false));
-  EXPECT_EQ(optics.objection(body("/v1/optics")), "");
-  EXPECT_TRUE(parses(body("/v1/optics"), true));
+  for (const auto& [path, kind] : {std::pair{"/v1/renders", Kind::render},
+                                   {"/v1/optics", Kind::optics},
+                                   {"/v1/psf", Kind::psf}}) {
+    const json& content = paths.at(path).at("post").at("requestBody").at("content");
+    const json& example = content.at("application/json").at("example");
+    EXPECT_EQ(ContractSchema(schema_of(kind)).objection(example), "") << path;
+    EXPECT_TRUE(parses(example, kind)) << path;
+  }
 }
 
 TEST(OpenApi, AcceptsEveryNormalisedExample) {
@@ -118,14 +139,14 @@ struct Mutation {
   bool legal = false;
 };
 
-void expect_agreement(const json& original, const ContractSchema& schema,
-                      const std::vector<Mutation>& mutations, bool optics) {
+void expect_agreement(const json& original, Kind kind, const std::vector<Mutation>& mutations) {
+  const ContractSchema schema(schema_of(kind));
   for (const Mutation& mutation : mutations) {
     json request = original;
     request[json::json_pointer(mutation.pointer)] = json::parse(mutation.value);
     const std::string label = mutation.pointer + " = " + mutation.value;
     EXPECT_EQ(schema.objection(request).empty(), mutation.legal) << "schema: " << label;
-    EXPECT_EQ(parses(request, optics), mutation.legal) << "parser: " << label;
+    EXPECT_EQ(parses(request, kind), mutation.legal) << "parser: " << label;
   }
 }
 
@@ -133,7 +154,7 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
   const json original = json::parse(
       R"({"scene": "charts", "camera": {"lens": {"f_number": 2}, "sensor_mm": [30, 20], "shutter_s": 1},
           "image": {"width": 300, "height": 200}, "quality": {}, "effects": {}})");
-  expect_agreement(original, ContractSchema("RenderRequest"),
+  expect_agreement(original, Kind::render,
                    {{"/scene", "\"a-1\"", true},
                     {"/scene", "\"../a\"", false},
                     {"/scene", "\"\"", false},
@@ -170,6 +191,8 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
                     {"/camera/position_m", "[1e7, 0, 0]", true},
                     {"/camera/position_m", "[1.1e7, 0, 0]", false},
                     {"/camera/wavelength_nm", "99", false},
+                    {"/camera/spectrum", "\"monochromatic\"", true},
+                    {"/camera/spectrum", "\"white\"", false},
                     {"/camera/exposure", "\"relative\"", true},
                     {"/camera/exposure", "{\"iso\": 100}", true},
                     {"/camera/exposure", "{\"iso\": 0}", false},
@@ -189,16 +212,16 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
                     {"/quality/max_error", "null", false},
                     {"/quality/max_error", "1.01", false},
                     {"/quality/method", "\"pinhole\"", true},
+                    {"/quality/method", "\"wave\"", true},
                     {"/quality/method", "\"gather\"", false},
                     {"/effects/falloff", "\"on\"", true},
                     {"/effects/falloff", "true", false},
-                    {"/effects/vignetting", "\"on\"", false}},
-                   false);
+                    {"/effects/vignetting", "\"on\"", false}});
 }
 
 TEST(OpenApi, AgreesWithTheParserOnScenes) {
   const json original = json::parse(file_text(FSTOP_SOURCE_DIR "/api/examples/inline-scene.json"));
-  expect_agreement(original, ContractSchema("RenderRequest"),
+  expect_agreement(original, Kind::render,
                    {{"/scene/format", "\"fstop-scene/2\"", false},
                     {"/scene/title", "3", false},
                     {"/scene/textures", R"({"a": {"file": "charts/a.png"}})", true},
@@ -223,14 +246,13 @@ TEST(OpenApi, AgreesWithTheParserOnScenes) {
                     {"/scene/lights/1/attenuation", "[1, 0]", false},
                     {"/scene/lights/1/intensity", "[1, 0, 2e6]", false},
                     {"/scene/background", "[0, 0, 0, 1]", false},
-                    {"/scene/sky", "{}", false}},
-                   false);
+                    {"/scene/sky", "{}", false}});
 }
 
 TEST(OpenApi, AgreesWithTheParserOnOptics) {
   const json original = json::parse(R"({"camera": {"pinhole": {}}})");
   expect_agreement(
-      original, ContractSchema("OpticsRequest"),
+      original, Kind::optics,
       {{"/camera/pinhole/diameter_mm", "\"optimal\"", true},
        {"/camera/pinhole/diameter_mm", "\"best\"", false},
        {"/camera/pinhole/diameter_mm", "101", false},
@@ -245,8 +267,47 @@ TEST(OpenApi, AgreesWithTheParserOnOptics) {
        {"/object_distances_m", "[0]", false},
        {"/object_distances_m", "1", false},
        {"/scene", "\"charts\"", false},
-       {"/quality", R"({"max_error": 0.1})", true}},
-      true);
+       {"/quality", R"({"max_error": 0.1})", true}});
+}
+
+TEST(OpenApi, AgreesWithTheParserOnPointSpreads) {
+  const json original = json::parse(R"({"camera": {"pinhole": {}}, "image": {}})");
+  expect_agreement(original, Kind::psf,
+                   {{"/object_distance_m", "\"infinity\"", true},
+                    {"/object_distance_m", "0.0001", true},
+                    {"/object_distance_m", "0", false},
+                    {"/object_distance_m", "null", false},
+                    {"/wavelength_nm", "450.5", true},
+                    {"/wavelength_nm", "20001", false},
+                    {"/spectrum", "\"rgb\"", true},
+                    {"/spectrum", "\"cie\"", false},
+                    {"/field_angle_deg", "-90", true},
+                    {"/field_angle_deg", "90.5", false},
+                    {"/radii_um", "[]", true},
+                    {"/radii_um", "[0, 1000000]", true},
+                    {"/radii_um", "[1000001]", false},
+                    {"/radii_um", "[null]", false},
+                    {"/radii_um", "{}", false},
+                    {"/frequencies_per_mm", "[0, 1e6]", true},
+                    {"/frequencies_per_mm", "[-1]", false},
+                    {"/frequencies_per_mm", "[true]", false},
+                    {"/frequencies_per_mm", "\"all\"", false},
+                    {"/fractions", "[0.001, 0.99]", true},
+                    {"/fractions", "[0]", false},
+                    {"/fractions", "[0.995]", false},
+                    {"/image/width", "1024", true},
+                    {"/image/width", "1025", false},
+                    {"/image/height", "0", false},
+                    {"/image/pixel_um", "0.001", true},
+                    {"/image/pixel_um", "0.0009", false},
+                    {"/image/format", "\"exr\"", true},
+                    {"/image/format", "\"gif\"", false},
+                    {"/image/stretch", "\"square-root\"", true},
+                    {"/image/stretch", "\"gamma\"", false},
+                    {"/image/precision", "\"half\"", false},
+                    {"/image", "[]", false},
+                    {"/quality", "{}", false},
+                    {"/camera/lens", "{}", false}});
 }
 
 }  // namespace

@@ -1,9 +1,15 @@
 #include "api/optics_request.h"
 
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "api/contract_schema.h"
 #include "api/problem.h"
+#include "tests/references/oracle.h"
 
 namespace fstop::api {
 namespace {
@@ -72,6 +78,87 @@ TEST(OpticsRequest, AnswersForAPinhole) {
   }
   const json brightest = answer(R"({"camera": {"pinhole": {"diameter_mm": "optimal"}}})");
   EXPECT_NEAR(brightest["pinhole"]["fresnel_number"].get<double>(), 1.0, 1e-12);
+}
+
+const json& figure_of(const json& figures, const std::string& criterion) {
+  static const json kNone;
+  for (const json& figure : figures) {
+    if (figure["criterion"] == criterion) return figure;
+  }
+  ADD_FAILURE() << "no figure " << criterion;
+  return kNone;
+}
+
+// What the fixture says of c = 2, 1.414 and the optima, in units of sqrt(f' lambda) = 0.165831 mm;
+// its tolerances of 1e-9 (area under the MTF 1e-5), twice for ratios. The other losses of c = 2 are
+// those of the optimum's published table, to the digits it has.
+TEST(OpticsRequest, TellsWhatEachPinholeCriterionCosts) {
+  const json pinhole = answer(R"({"camera": {"pinhole": {"diameter_mm": "optimal",
+      "criterion": "petzval"}}})")["pinhole"];
+  const double scale_mm = std::sqrt(50.0 * 550e-6);
+  const std::map<std::string, std::pair<std::string, double>> metrics = {
+      {"peak_incident_normalised", {"brightest", 1.0}},
+      {"peak_energy_normalised", {"peak-per-energy", 1.0 / (scale_mm * scale_mm)}},
+      {"ee50_radius", {"energy50", scale_mm}},
+      {"mtf50", {"mtf50", 1.0 / scale_mm}},
+      {"area_abs_mtf_1d", {"line-spread", 1.0 / scale_mm}}};
+  int compared = 0;
+  const nlohmann::json table = oracle::fixture("pinhole_optimum");
+  ASSERT_GE(table.at("rows").size(), 5U);
+  for (const json& row : table.at("rows")) {
+    const auto metric = metrics.find(row.at("metric").get<std::string>());
+    if (metric == metrics.end()) continue;  // windowed radii are no criterion
+    const auto& [criterion, unit] = metric->second;
+    const double best = row.at("value");
+    const double at_2 = row.at("value_at_c_2");
+    const double at_petzval = row.at("value_at_c_1_414");
+    const double tolerance = criterion == "line-spread" ? 2e-5 : 2e-9;
+    const auto loss = [&](double value) {
+      return row.at("sense") == "max" ? 1.0 - value / best : value / best - 1.0;
+    };
+    const json& brightest = figure_of(pinhole["criteria"][0]["figures"], criterion);
+    EXPECT_NEAR(brightest["value"].get<double>(), at_2 * unit, tolerance * at_2 * unit);
+    EXPECT_NEAR(brightest["loss"].get<double>(), loss(at_2), tolerance) << criterion;
+    const json& own = figure_of(pinhole["figures"], criterion);
+    EXPECT_NEAR(own["value"].get<double>(), at_petzval * unit, tolerance * at_petzval * unit);
+    EXPECT_NEAR(own["loss"].get<double>(), loss(at_petzval), tolerance) << criterion;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 5);
+  for (const auto& [criterion, loss] : {std::pair{"peak-per-energy", 0.12},
+                                        {"energy50", 0.39},
+                                        {"energy80", 0.07},
+                                        {"mtf50", 0.17},
+                                        {"mtf10", 0.31},
+                                        {"line-spread", 0.12},
+                                        {"fwhm", 0.05}}) {
+    const json& figure = figure_of(pinhole["criteria"][0]["figures"], criterion);
+    EXPECT_NEAR(figure["loss"].get<double>(), loss, 0.005) << criterion;
+  }
+  for (const json& criterion : pinhole["criteria"]) {
+    ASSERT_EQ(criterion["figures"].size(), 8U);
+    for (const json& figure : criterion["figures"]) {
+      const double loss = figure["loss"];
+      EXPECT_GE(loss, 0.0);
+      // Coefficients of four digits lie within 0.001 of the optimum, where the loss is its square.
+      if (figure["criterion"] == criterion["criterion"]) {
+        EXPECT_LE(loss, 1e-5);
+      }
+    }
+  }
+}
+
+// Behind two Fresnel zones the axis is dark: no width at half its maximum. Beyond c = 20 nothing is
+// computed.
+TEST(OpticsRequest, LeavesOutFiguresThatAHoleHasNot) {
+  const double two_zones = 2.0 * std::sqrt(2.0 * 50.0 * 550e-6);
+  const json dark = answer(R"({"camera": {"pinhole": {"diameter_mm": )" +
+                           std::to_string(two_zones) + "}}}")["pinhole"]["figures"];
+  EXPECT_TRUE(figure_of(dark, "fwhm")["value"].is_null());
+  EXPECT_TRUE(figure_of(dark, "fwhm")["loss"].is_null());
+  EXPECT_NEAR(figure_of(dark, "brightest")["loss"].get<double>(), 1.0, 1e-6);
+  const json wide = answer(R"({"camera": {"pinhole": {"diameter_mm": 10}}})")["pinhole"]["figures"];
+  for (const json& figure : wide) EXPECT_TRUE(figure["value"].is_null());
 }
 
 TEST(OpticsRequest, GivesInfinityAsAWord) {

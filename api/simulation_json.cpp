@@ -25,7 +25,8 @@ constexpr Named<Precision> kPrecisions[] = {{"single", Precision::single},
 constexpr Named<EffectChoice> kEffectChoices[] = {
     {"auto", EffectChoice::automatic}, {"on", EffectChoice::on}, {"off", EffectChoice::off}};
 constexpr Named<std::string_view> kMethods[] = {
-    {"auto", "auto"}, {"pinhole", "pinhole"}, {"lens-sampling", "lens-sampling"}};
+    {"auto", "auto"}, {"pinhole", "pinhole"}, {"lens-sampling", "lens-sampling"}, {"wave", "wave"}};
+constexpr Named<bool> kSpectra[] = {{"rgb", false}, {"monochromatic", true}};
 
 std::vector<Named<double>> criterion_coefficients() {
   std::vector<Named<double>> words;
@@ -144,6 +145,7 @@ CameraSpec read_camera(ObjectReader& camera) {
   spec.sensor_width = sensor[0];
   spec.sensor_height = sensor[1];
   spec.wavelength = camera.length("wavelength_nm", 100.0_nm, 20000.0_nm, 550.0_nm);
+  spec.monochromatic = camera.choice<bool>("spectrum", kSpectra, "rgb");
   read_optics(camera, spec);
   read_exposure(camera, spec);
   camera.reject_unread_members();

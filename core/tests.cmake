@@ -9,13 +9,14 @@ fstop_test(optics_test LABEL unit
            LINK fstop_optics fstop_oracle)
 
 fstop_test(diffraction_test LABEL unit
-           SOURCES optics/bessel_test.cpp optics/circular_psf_test.cpp
-                   optics/defocus_field_test.cpp optics/diffraction_test.cpp
-                   optics/encircled_energy_test.cpp optics/lommel_test.cpp
-                   optics/oblique_pinhole_test.cpp optics/pinhole_figures_test.cpp
-                   optics/polygon_psf_test.cpp optics/quadrature_test.cpp
-                   optics/rayleigh_sommerfeld_test.cpp optics/spectrum_test.cpp
-                   optics/transfer_test.cpp
+           SOURCES optics/astigmatic_otf_test.cpp optics/bessel_test.cpp
+                   optics/circular_psf_test.cpp optics/defocus_field_test.cpp
+                   optics/diffraction_test.cpp optics/encircled_energy_test.cpp
+                   optics/lommel_test.cpp optics/oblique_pinhole_test.cpp
+                   optics/pinhole_figures_test.cpp
+                   optics/polygon_otf_test.cpp optics/polygon_psf_test.cpp
+                   optics/quadrature_test.cpp optics/rayleigh_sommerfeld_test.cpp
+                   optics/spectrum_test.cpp optics/transfer_test.cpp
            LINK fstop_optics fstop_oracle)
 
 fstop_test(sampling_test LABEL unit SOURCES sampling/sequence_test.cpp sampling/warp_test.cpp
@@ -30,3 +31,19 @@ fstop_test(film_test LABEL unit SOURCES film/film_test.cpp LINK fstop_film fstop
 
 fstop_test(scene_test LABEL unit SOURCES scene/ray_scene_test.cpp scene/texture_test.cpp
            LINK fstop_scene)
+
+fstop_test(measure_test LABEL unit
+           SOURCES measure/disc_edge_test.cpp measure/image_difference_test.cpp
+                   measure/sharpness_test.cpp measure/slanted_edge_test.cpp
+                   measure/spline_fit_test.cpp measure/star_contrast_test.cpp
+           LINK fstop_measure fstop_optics fstop_oracle)
+
+fstop_test(point_spread_test LABEL unit
+           SOURCES post/point_spread_image_test.cpp post/point_spread_test.cpp
+           LINK fstop_post fstop_oracle)
+
+fstop_test(spectral_test LABEL unit
+           SOURCES post/spectral_plane_test.cpp
+           LINK fstop_post)
+
+fstop_test(study_test LABEL unit SOURCES study/pinhole_theory_test.cpp LINK fstop_study)

@@ -21,11 +21,13 @@ struct CommandLine {
   CLI::App app{"fstop: simulates what a camera's optics do to light", "fstop"};
   ServeOptions serve = {};
   RenderOptions render = {};
+  PsfOptions psf = {};
   ProbeOptions probe = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
   CLI::App* optics_command = nullptr;
+  CLI::App* psf_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* version_command = nullptr;
 };
@@ -71,6 +73,10 @@ void add_commands(CommandLine& line) {
   line.optics_command = line.app.add_subcommand("optics", "the numbers of a camera");
   line.optics_command->add_option("request", line.optics_request,
                                   "an optics request, - for standard input");
+  line.psf_command = line.app.add_subcommand("psf", "the image of a point");
+  line.psf_command->add_option("request", line.psf.request, "a psf request, - for standard input");
+  line.psf_command->add_option("--out", line.psf.out,
+                               "image file: .exr .tif (density), .png .jpg .webp (stretched)");
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -82,6 +88,7 @@ int run_command(const CommandLine& line) {
   if (line.serve_command->parsed()) return serve(line.serve);
   if (line.render_command->parsed()) return render(line.render);
   if (line.optics_command->parsed()) return optics(line.optics_request);
+  if (line.psf_command->parsed()) return psf(line.psf);
   if (line.probe_command->parsed()) return probe(line.probe);
   std::cout << api::engine_version() << '\n';
   return 0;

@@ -17,6 +17,11 @@ struct RenderOptions {
   int threads = 0;
 };
 
+struct PsfOptions {
+  std::string request = "-";  // a file, or "-" for standard input
+  std::string out = {};       // empty: no image
+};
+
 struct ProbeOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
@@ -27,6 +32,8 @@ int serve(const ServeOptions& options);
 int render(const RenderOptions& options);
 /// `request`: a file, or "-" for standard input.
 int optics(const std::string& request);
+/// Prints the numbers; writes the image where one is asked for.
+int psf(const PsfOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
 

@@ -82,6 +82,12 @@ std::string format_names() {
   return names;
 }
 
+Refusal nothing_acceptable(bool may_be_report) {
+  return {http::status::not_acceptable, "not-acceptable",
+          "Accept names nothing that there is: " + format_names() + " images" +
+              (may_be_report ? " or application/json" : "")};
+}
+
 }  // namespace
 
 Representation negotiated(std::string_view accept, ImageFormat preferred, bool may_be_report) {
@@ -99,11 +105,23 @@ Representation negotiated(std::string_view accept, ImageFormat preferred, bool m
     const Acceptance report = acceptance(accept, kReportType);
     if (report.specificity > 1) consider(std::nullopt, report.quality);
   }
-  if (best_quality == 0.0) {
-    throw Refusal(http::status::not_acceptable, "not-acceptable",
-                  "Accept names nothing that there is: " + format_names() + " images" +
-                      (may_be_report ? " or application/json" : ""));
-  }
+  if (best_quality == 0.0) throw nothing_acceptable(may_be_report);
+  return best;
+}
+
+Representation negotiated_numbers(std::string_view accept, ImageFormat preferred) {
+  Representation best;
+  Acceptance liked = acceptance(accept, kReportType);
+  const auto consider = [&](ImageFormat format) {
+    const Acceptance image = acceptance(accept, media_type(format));
+    if (image.specificity <= 1 || image.quality < liked.quality) return;
+    if (image.quality == liked.quality && image.specificity <= liked.specificity) return;
+    best = format;
+    liked = image;
+  };
+  consider(preferred);
+  for (const ImageFormat format : kFormats) consider(format);
+  if (liked.quality == 0.0) throw nothing_acceptable(true);
   return best;
 }
 

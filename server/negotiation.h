@@ -19,6 +19,10 @@ using Representation = std::optional<ImageFormat>;
 /// type is named. Throws: Refusal 406.
 Representation negotiated(std::string_view accept, ImageFormat preferred, bool may_be_report);
 
+/// The same for an answer that is numbers first: the report, unless Accept likes it less than an
+/// image's type that it names, or as well but less expressly. Throws: Refusal 406.
+Representation negotiated_numbers(std::string_view accept, ImageFormat preferred);
+
 /// The parameters of a query, decoded. Throws: Refusal 400 for one that is not among `known`, is
 /// there twice or is malformed.
 std::map<std::string, std::string> query_parameters(const Request& request,

@@ -4,9 +4,11 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "api/optics_request.h"
 #include "api/picture.h"
+#include "api/psf_request.h"
 #include "api/render_id.h"
 #include "api/render_request.h"
 #include "api/report_json.h"
@@ -35,6 +37,10 @@ std::optional<ImageFormat> format_of_name(const fs::path& file) {
     if (file.extension() == extension) return format;
   }
   return std::nullopt;
+}
+
+void write_image(const std::string& file, const std::vector<std::byte>& bytes) {
+  write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 void print(const std::string& text) {
@@ -69,13 +75,31 @@ int render(const RenderOptions& options) {
   const auto bytes =
       encode(api::picture_of(photograph, request.spec, id), format, request.precision);
   timing.encode_ms = milliseconds_since(encode_start);
-  write_file(options.out, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  write_image(options.out, bytes);
   const std::string report = api::report_json(id, photograph.report, timing, request.normalised);
   if (options.report.empty()) {
     print(report);
   } else {
     write_file(options.report, report + "\n");
   }
+  return 0;
+}
+
+int psf(const PsfOptions& options) {
+  const api::Limits limits = api::command_line_limits();
+  api::PsfRequest request =
+      api::parse_psf_request(text_of(options.request, limits.body_bytes), limits);
+  WorkerPool pool(0);
+  const RunControl run{.workers = &pool};
+  // What goes into a file is told in the numbers as well.
+  request.has_image = request.has_image || !options.out.empty();
+  const std::string numbers = api::psf_json(request, limits, run);
+  if (!options.out.empty()) {
+    const ImageFormat format = format_of_name(options.out).value_or(request.image.format);
+    write_image(options.out,
+                encode(api::psf_picture(request, format, limits, run).picture, format));
+  }
+  print(numbers);
   return 0;
 }
 

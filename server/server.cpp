@@ -16,7 +16,9 @@
 
 #include "api/openapi.h"
 #include "api/optics_request.h"
+#include "api/psf_request.h"
 #include "api/render_id.h"
+#include "server/negotiation.h"
 #include "server/reply_head.h"
 
 namespace fstop::server {
@@ -86,6 +88,7 @@ void Server::add_routes() {
   add(verb::get, "/v1/scenes", &Server::list_scenes);
   add(verb::get, "/v1/scenes/{name}", &Server::show_scene);
   add(verb::post, "/v1/optics", &Server::optics);
+  add(verb::post, "/v1/psf", &Server::psf);
   routes_.add(verb::get, "/livez",
               immediate([](const Call&) { return json_reply(R"({"status":"alive"})"); }));
   routes_.add(verb::get, "/readyz", immediate([this](const Call&) {
@@ -128,6 +131,39 @@ asio::awaitable<Reply> Server::optics(Call& call) {
   co_return json_reply(co_await readers_.run([this, &call] {
     return api::optics_json(api::parse_optics_request(call.request.body, config_.limits));
   }));
+}
+
+asio::awaitable<Reply> Server::psf(Call& call) {
+  if (waiting_psfs_ >= config_.limits.waiting_psfs) {
+    throw Refusal(http::status::service_unavailable, "overloaded", "too many requests at once")
+        .with("Retry-After", "1");
+  }
+  struct Counted {
+    int& count;
+    explicit Counted(int& counter) : count(counter) { ++count; }
+    ~Counted() { --count; }
+  };
+  const Counted counted(waiting_psfs_);
+  co_return co_await encoders_.run([this, &call] { return psf_reply(call.request); });
+}
+
+// On a thread of the encoders, with the renders' threads for help.
+Reply Server::psf_reply(const Request& request) {
+  const api::PsfRequest asked = api::parse_psf_request(request.body, config_.limits);
+  const Representation wanted = negotiated_numbers(request.header("Accept"), asked.image.format);
+  const RunControl run{.workers = &pool_};
+  Reply reply;
+  if (!wanted) {
+    reply = json_reply(api::psf_json(asked, config_.limits, run));
+  } else {
+    const api::PsfPicture made = api::psf_picture(asked, *wanted, config_.limits, run);
+    reply.body = std::make_shared<const std::vector<std::byte>>(encode(made.picture, *wanted));
+    reply.set("Content-Type", std::string(media_type(*wanted)));
+    reply.set("Cache-Control", "no-store");
+    reply.set("Fstop-Stretch", made.stretch);
+  }
+  reply.set("Vary", "Accept");
+  return reply;
 }
 
 void Server::run() {

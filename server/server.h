@@ -49,6 +49,8 @@ class Server {
   boost::asio::awaitable<Reply> list_scenes(Call& call);
   boost::asio::awaitable<Reply> show_scene(Call& call);
   boost::asio::awaitable<Reply> optics(Call& call);
+  boost::asio::awaitable<Reply> psf(Call& call);
+  Reply psf_reply(const Request& request);
 
   ServerConfig config_;
   Log& log_;
@@ -66,6 +68,7 @@ class Server {
   Routes routes_;
   Listener listener_;
   bool draining_ = false;
+  int waiting_psfs_ = 0;
 };
 
 }  // namespace fstop::server

@@ -37,6 +37,7 @@ struct CameraSpec {
   Length sensor_height = Length::si(0.024);
   std::variant<LensSpec, PinholeSpec> optics = {};
   Length wavelength = Length::si(550e-9);  // what Airy numbers refer to
+  bool monochromatic = false;  // all light has `wavelength`; else each channel has its own band
   bool breathing = true;  // lens only: sensor at the image distance of the focused plane, else at f
   double shutter_seconds = 0.0;
   std::optional<IsoExposure> exposure = {};

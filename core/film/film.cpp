@@ -10,6 +10,23 @@ constexpr double kOneSided95 = 1.6448536269514722;  // quantile of the normal di
 
 double clipped(double value) { return std::clamp(value, 0.0, 1.0); }
 
+// Mean of squared differences over pixels, and its bound.
+struct SquareSums {
+  double sum = 0.0;
+  double sum_of_squares = 0.0;
+
+  void add(double difference) {
+    sum += difference;
+    sum_of_squares += difference * difference;
+  }
+  double mean(double pixels) const { return sum / pixels; }
+  double upper_95(double pixels) const {
+    const double scatter = std::max(0.0, sum_of_squares / pixels - mean(pixels) * mean(pixels));
+    // Twice: the error that was made scatters about its expectation as much as the estimate does.
+    return mean(pixels) + kOneSided95 * std::sqrt(2.0 * scatter / pixels);
+  }
+};
+
 }  // namespace
 
 Film::Film(int width, int height)
@@ -19,35 +36,37 @@ Film::Film(int width, int height)
       pass_(total_.size()) {}
 
 NoiseEstimate Film::end_pass(int samples) {
-  double sum = 0.0;
-  double sum_of_squares = 0.0;
+  SquareSums clipped_squares;
+  SquareSums squares;
   double energy = 0.0;
   double energy_variance = 0.0;
   const bool halves = samples_ == samples;
   const double scale = 1.0 / samples;
   for (std::size_t i = 0; i < total_.size(); ++i) {
+    double clipped_difference = 0.0;
     double difference = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
       const double a = total_[i].value[c] * scale;
       const double b = pass_[i].value[c] * scale;
-      difference += std::pow(clipped(a) - clipped(b), 2) / 12.0;  // over 3 channels, times 1/4
+      // Over 3 channels, times 1/4.
+      clipped_difference += std::pow(clipped(a) - clipped(b), 2) / 12.0;
+      difference += (a - b) * (a - b) / 12.0;
       energy += 0.5 * (a + b);
       energy_variance += 0.25 * (a - b) * (a - b);
       total_[i].value[c] += pass_[i].value[c];
       total_[i].square[c] += pass_[i].square[c];
     }
     pass_[i] = {};
-    sum += difference;
-    sum_of_squares += difference * difference;
+    clipped_squares.add(clipped_difference);
+    squares.add(difference);
   }
   samples_ += samples;
   if (!halves) return {};
   const auto pixels = static_cast<double>(total_.size());
   NoiseEstimate noise;
-  noise.mse = sum / pixels;
-  const double scatter = std::max(0.0, sum_of_squares / pixels - noise.mse * noise.mse);
-  // Twice: the error that was made scatters about its expectation as much as the estimate does.
-  noise.mse_upper_95 = noise.mse + kOneSided95 * std::sqrt(2.0 * scatter / pixels);
+  noise.mse = clipped_squares.mean(pixels);
+  noise.mse_upper_95 = clipped_squares.upper_95(pixels);
+  noise.unclipped_mse_upper_95 = squares.upper_95(pixels);
   noise.energy = energy > 0.0 ? std::sqrt(energy_variance) / energy : 0.0;
   return noise;
 }

@@ -24,9 +24,10 @@ struct PixelSums {
 
 /// How far the mean of a film's samples may be from their limit.
 struct NoiseEstimate {
-  double mse = 0.0;           // mean over pixels and channels, values clipped to [0,1]
-  double mse_upper_95 = 0.0;  // one-sided
-  double energy = 0.0;        // standard error of the total unclipped energy over the total
+  double mse = 0.0;                     // mean over pixels and channels, values clipped to [0,1]
+  double mse_upper_95 = 0.0;            // one-sided
+  double unclipped_mse_upper_95 = 0.0;  // the same of values as they are
+  double energy = 0.0;  // standard error of the total unclipped energy over the total
 };
 
 /// Samples on their way to pixels. They arrive in passes of equally many samples a pixel, each
@@ -55,8 +56,9 @@ class Film {
   ///
   /// unbiased for independent samples; halves of one scrambled net repel each other, so that it
   /// overestimates there (by 1.1 to 2.8 in mse on two measured scenes). Blind to bias.
-  /// The bound adds 1.645 sqrt(2) standard errors of that mean over pixels: the estimate and the
-  /// error that was made are independent and scatter alike.
+  /// Values are clipped to [0,1] first, for the unclipped bound they are not. The bound adds 1.645
+  /// sqrt(2) standard errors of that mean over pixels: the estimate and the error that was made are
+  /// independent and scatter alike.
   NoiseEstimate end_pass(int samples);
 
   /// Mean of all samples, 3 channels.

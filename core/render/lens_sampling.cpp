@@ -6,23 +6,22 @@ namespace fstop {
 
 Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.diffraction == EffectChoice::on) {
-    return {.refusal = "traces rays: diffraction is not modelled by any method of this version"};
+    return {.refusal = "traces rays: diffraction is not modelled"};
   }
   if (shot.effects.defocus == EffectChoice::off) {
     return {.refusal = "samples the pupil, and defocus is switched off"};
   }
   Quote quote;
-  quote.error.omitted = omitted_diffraction(shot, facts);
-  quote.error.rmse = omission_rmse(quote.error.omitted, facts.contrast);
+  quote.error.effects = omitted_diffraction(shot, facts);
+  quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // Pixels mix what lies within a blur disc: their spread is that of the whole picture.
   quote.cost_rays = predicted_rays(facts, shot.quality.max_error, facts.contrast);
   return quote;
 }
 
-RenderOutcome LensSampling::render(const Shot& shot, double bias, Film& film,
-                                   const RunControl& run) const {
+RenderOutcome LensSampling::render(const Shot& shot, double bias, const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return render_progressively(sample_source(shot, camera, true), shot.quality, bias, film, run);
+  return rendered_film(sample_source(shot, camera, true), shot.quality, bias, run);
 }
 
 }  // namespace fstop

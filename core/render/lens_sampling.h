@@ -10,8 +10,7 @@ class LensSampling : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "lens-sampling"; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
-  RenderOutcome render(const Shot& shot, double bias, Film& film,
-                       const RunControl& run) const override;
+  RenderOutcome render(const Shot& shot, double bias, const RunControl& run) const override;
 };
 
 }  // namespace fstop

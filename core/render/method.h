@@ -28,6 +28,9 @@ struct ShotFacts {
   double pixel_count = 0.0;
   double largest_blur_px = 0.0;  // diameter of the largest geometric blur disc that was found
   double diffraction_q = 0.0;    // lambda N_w / pixel pitch
+  double edge_share = 0.0;       // of the picture, by tiles, where an edge in depth may hide light
+  double edge_length = 0.0;      // of such edges, in pixels, over the picture's pixels
+  double edge_area = 0.0;        // of strips as wide as they hide light, likewise
   double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
   bool moves = false;            // something moves while the shutter is open
   bool mirrors = false;          // something reflects or transmits
@@ -38,17 +41,19 @@ struct ShotFacts {
   std::uint64_t probe_rays = 0;
 };
 
-/// An effect a method leaves out: `transfer_loss` is the largest error of the optical transfer
-/// function up to Nyquist, so that its RMSE is at most transfer_loss times the picture's contrast.
-struct OmittedEffect {
+/// An effect a method leaves out, or models with an error: `transfer_loss` is the largest error of
+/// the optical transfer function up to Nyquist, so that its RMSE is at most transfer_loss times the
+/// picture's contrast.
+struct EffectLoss {
   std::string effect = {};
   double transfer_loss = 0.0;
   std::string why = {};
+  bool modelled = false;
 };
 
 struct ErrorBound {
-  double rmse = 0.0;                        // of the omissions, against the full model
-  std::vector<OmittedEffect> omitted = {};  // each with its share
+  double rmse = 0.0;                     // of all losses, against the full model
+  std::vector<EffectLoss> effects = {};  // each with its share
 };
 
 struct Quote {
@@ -57,10 +62,16 @@ struct Quote {
   double cost_rays = 0.0;  // in traced rays, constants fixed: a plan never depends on the host
 };
 
-/// What rendering took and how noisy the film is.
+/// The picture, what it took and how noisy it is.
 struct RenderOutcome {
+  Image color = {};     // 3 channels
+  Image variance = {};  // 3 channels, of the mean
+  double samples_mean = 0.0;
+  int samples_max = 0;
   NoiseEstimate noise = {};
   std::uint64_t rays = 0;
+  std::optional<std::vector<EffectLoss>> effects =
+      {};  // where rendering learnt more than the quote
   std::vector<std::string> warnings = {};
 };
 
@@ -70,16 +81,15 @@ class RenderMethod {
   virtual ~RenderMethod() = default;
   virtual std::string_view name() const noexcept = 0;
   virtual Quote quote(const Shot& shot, const ShotFacts& facts) const = 0;
-  /// Fills `film` until its noise, joined with `bias` (RMSE of what is left out), keeps the
-  /// shot's quality. Same seed, same pixels, whatever the thread count. Throws: Error{cancelled}.
-  virtual RenderOutcome render(const Shot& shot, double bias, Film& film,
-                               const RunControl& run) const = 0;
+  /// Renders until the noise, joined with `bias` (RMSE of what is left out), keeps the shot's
+  /// quality. Same seed, same pixels, whatever the thread count. Throws: Error{cancelled}.
+  virtual RenderOutcome render(const Shot& shot, double bias, const RunControl& run) const = 0;
 };
 
 /// All methods, cheapest kind first.
 std::span<const RenderMethod* const> render_methods();
 
-/// RMSE of `omitted` in a picture of the given contrast.
-double omission_rmse(std::span<const OmittedEffect> omitted, double contrast);
+/// RMSE of `effects` in a picture of the given contrast.
+double loss_rmse(std::span<const EffectLoss> effects, double contrast);
 
 }  // namespace fstop

@@ -16,7 +16,7 @@ double defocus_loss(double blur_px) { return std::min(0.17 * blur_px * blur_px, 
 
 Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.diffraction == EffectChoice::on) {
-    return {.refusal = "traces rays: diffraction is not modelled by any method of this version"};
+    return {.refusal = "traces rays: diffraction is not modelled"};
   }
   if (shot.effects.defocus == EffectChoice::on) {
     return {.refusal = "has no pupil, and defocus must be modelled"};
@@ -25,20 +25,19 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.defocus == EffectChoice::automatic) {
     char why[64];
     std::snprintf(why, sizeof why, "largest blur disc %.2g px", facts.largest_blur_px);
-    quote.error.omitted.push_back(
+    quote.error.effects.push_back(
         {.effect = "defocus", .transfer_loss = defocus_loss(facts.largest_blur_px), .why = why});
   }
-  std::ranges::move(omitted_diffraction(shot, facts), std::back_inserter(quote.error.omitted));
-  quote.error.rmse = omission_rmse(quote.error.omitted, facts.contrast);
+  std::ranges::move(omitted_diffraction(shot, facts), std::back_inserter(quote.error.effects));
+  quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // Only pixels on an edge mix values: a tenth of the picture's spread.
   quote.cost_rays = predicted_rays(facts, shot.quality.max_error, 0.1 * facts.contrast);
   return quote;
 }
 
-RenderOutcome PinholeTrace::render(const Shot& shot, double bias, Film& film,
-                                   const RunControl& run) const {
+RenderOutcome PinholeTrace::render(const Shot& shot, double bias, const RunControl& run) const {
   const Camera camera = central_projection(shot.camera, shot.sensor);
-  return render_progressively(sample_source(shot, camera, false), shot.quality, bias, film, run);
+  return rendered_film(sample_source(shot, camera, false), shot.quality, bias, run);
 }
 
 }  // namespace fstop

@@ -9,8 +9,7 @@ class PinholeTrace : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "pinhole"; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
-  RenderOutcome render(const Shot& shot, double bias, Film& film,
-                       const RunControl& run) const override;
+  RenderOutcome render(const Shot& shot, double bias, const RunControl& run) const override;
 };
 
 }  // namespace fstop

@@ -25,12 +25,12 @@ std::string rounded(double value) {
 std::string shortfall(const Quote& quote, double max_error) {
   if (!quote.refusal.empty()) return quote.refusal;
   if (quote.error.rmse <= kOmissionShare * max_error) return {};
-  std::string reason = "leaves out";
-  const char* separator = " ";
-  for (const OmittedEffect& omitted : quote.error.omitted) {
-    if (omitted.transfer_loss <= 0.0) continue;
-    reason += separator + omitted.effect + " (" + omitted.why + ")";
-    separator = " and ";
+  std::string reason;
+  for (const EffectLoss& loss : quote.error.effects) {
+    if (loss.transfer_loss <= 0.0) continue;
+    reason += (reason.empty() ? "" : " and ") +
+              std::string(loss.modelled ? "models with an error " : "leaves out ") + loss.effect +
+              " (" + loss.why + ")";
   }
   return reason + ": bound " + rounded(quote.error.rmse) + " of the target " + rounded(max_error);
 }
@@ -100,9 +100,9 @@ ModelledEffect modelled(std::string effect, std::string why) {
 
 }  // namespace
 
-double omission_rmse(std::span<const OmittedEffect> omitted, double contrast) {
+double loss_rmse(std::span<const EffectLoss> effects, double contrast) {
   double rmse = 0.0;
-  for (const OmittedEffect& effect : omitted) rmse += effect.transfer_loss * contrast;
+  for (const EffectLoss& effect : effects) rmse += effect.transfer_loss * contrast;
   return rmse;
 }
 
@@ -123,21 +123,21 @@ MethodPlan planned_method(std::span<const RenderMethod* const> methods, const Sh
 std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
                                      const MethodPlan& plan, double contrast) {
   std::vector<ModelledEffect> model;
-  const auto is_omitted = [&](const char* effect) {
-    return std::ranges::any_of(plan.quote.error.omitted,
-                               [&](const OmittedEffect& o) { return o.effect == effect; });
+  const std::vector<EffectLoss>& effects = plan.quote.error.effects;
+  const auto told = [&](const char* name) {
+    return std::ranges::any_of(effects, [&](const EffectLoss& e) { return e.effect == name; });
   };
-  if (!is_omitted("defocus")) {
+  if (!told("defocus")) {
     model.push_back(
         shot.effects.defocus == EffectChoice::off
             ? ModelledEffect{.effect = "defocus", .why = "switched off"}
             : modelled("defocus", "largest blur disc " + rounded(facts.largest_blur_px) + " px"));
   }
-  for (const OmittedEffect& omitted : plan.quote.error.omitted) {
-    model.push_back({.effect = omitted.effect,
-                     .modelled = false,
-                     .bound = omitted.transfer_loss * contrast,
-                     .why = omitted.why});
+  for (const EffectLoss& loss : effects) {
+    model.push_back({.effect = loss.effect,
+                     .modelled = loss.modelled,
+                     .bound = loss.transfer_loss * contrast,
+                     .why = loss.why});
   }
   if (shot.effects.diffraction == EffectChoice::off) {
     model.push_back({.effect = "diffraction", .why = "switched off"});

@@ -1,9 +1,11 @@
 #include "core/render/progressive.h"
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "core/optics/exposure.h"
 #include "core/optics/pinhole.h"
@@ -17,74 +19,117 @@ std::uint32_t first_count(const QualitySpec& quality) {
   return quality.max_error >= 0.02 ? 2U : 4U;
 }
 
+// Traces passes of a series and joins what they cost and how noisy they leave the film.
+class PassRunner {
+ public:
+  PassRunner(const PassSeries& series, const RunControl& run) : series_(series), run_(run) {}
+
+  // Traces the next `count` samples; progress, 0 to 1, reaches `progress`.
+  void trace(std::uint32_t count, double progress) {
+    const bool halves = count == done_;
+    outcome_.rays += trace_pass(series_.source,
+                                {.first = done_,
+                                 .count = count,
+                                 .begin = scaled(progress_),
+                                 .end = scaled(progress),
+                                 .tiles = series_.tiles,
+                                 .sink = series_.sink},
+                                series_.film, run_);
+    progress_ = progress;
+    done_ += count;
+    const NoiseEstimate film_noise = series_.film.end_pass(static_cast<int>(count));
+    const NoiseEstimate noise =
+        series_.end_of_pass ? series_.end_of_pass(film_noise, static_cast<int>(count), halves)
+                            : film_noise;
+    // Passes smaller than what they join say nothing: the noise stays that of the largest net.
+    if (halves) outcome_.noise = noise;
+  }
+  std::uint32_t done() const { return done_; }
+  double progress() const { return progress_; }
+  const NoiseEstimate& noise() const { return outcome_.noise; }
+  void warn(const char* warning) { outcome_.warnings.emplace_back(warning); }
+  RenderOutcome finish() {
+    outcome_.samples_mean = done_;
+    outcome_.samples_max = static_cast<int>(done_);
+    return std::move(outcome_);
+  }
+
+ private:
+  double scaled(double progress) const {
+    return series_.begin + (series_.end - series_.begin) * progress;
+  }
+
+  const PassSeries& series_;
+  const RunControl& run_;
+  RenderOutcome outcome_;
+  std::uint32_t done_ = 0;
+  double progress_ = 0.0;
+};
+
 // A forced count that is no power of two is rendered as the sum of its powers, largest first, so
 // that every part is an aligned net of the sequence.
-RenderOutcome render_exactly(const SampleSource& source, std::uint32_t samples, Film& film,
+RenderOutcome render_exactly(const PassSeries& series, std::uint32_t samples,
                              const RunControl& run) {
-  RenderOutcome outcome;
-  std::uint32_t done = 0;
+  PassRunner runner(series, run);
   const auto trace = [&](std::uint32_t count) {
-    outcome.rays += trace_pass(source, done, count, film, run, double(done) / samples,
-                               double(done + count) / samples);
-    const NoiseEstimate noise = film.end_pass(static_cast<int>(count));
-    done += count;
-    return noise;
+    runner.trace(count, double(runner.done() + count) / samples);
   };
   std::uint32_t power = std::bit_floor(samples);
   if (power == 1) {
     trace(1);
-    outcome.warnings.push_back("one sample a pixel: the noise cannot be told");
-    return outcome;
+    runner.warn("one sample a pixel: the noise cannot be told");
+    return runner.finish();
   }
   trace(power / 2);
-  outcome.noise = trace(power / 2);
-  while (done < samples) {
-    power = std::bit_floor(samples - done);
-    trace(power);  // the noise stays that of the largest net: an upper estimate
-  }
-  return outcome;
+  trace(power / 2);
+  while (runner.done() < samples) trace(std::bit_floor(samples - runner.done()));
+  return runner.finish();
 }
 
 }  // namespace
 
-RenderOutcome render_progressively(const SampleSource& source, const QualitySpec& quality,
-                                   double bias, Film& film, const RunControl& run) {
+RenderOutcome render_progressively(const PassSeries& series, const QualitySpec& quality,
+                                   double bias, const RunControl& run) {
   if (quality.samples) {
-    return render_exactly(source, static_cast<std::uint32_t>(*quality.samples), film, run);
+    return render_exactly(series, static_cast<std::uint32_t>(*quality.samples), run);
   }
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed_ms = [&] {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
         .count();
   };
-  RenderOutcome outcome;
-  std::uint32_t count = first_count(quality);
-  outcome.rays += trace_pass(source, 0, count, film, run, 0.0, 0.1);
-  film.end_pass(static_cast<int>(count));
-  double progress = 0.1;
+  PassRunner runner(series, run);
+  runner.trace(std::max(first_count(quality), static_cast<std::uint32_t>(series.least_samples)),
+               0.1);
   while (true) {
-    const double next = progress + 0.5 * (1.0 - progress);
-    outcome.rays += trace_pass(source, count, count, film, run, progress, next);
-    progress = next;
-    outcome.noise = film.end_pass(static_cast<int>(count));
-    count *= 2;
+    runner.trace(runner.done(), 0.5 * (1.0 + runner.progress()));
     // Where the omissions alone pass the target, noise is brought down to it all the same.
-    const double noise = std::sqrt(outcome.noise.mse_upper_95);
+    const double noise = std::sqrt(runner.noise().mse_upper_95);
     const double error = bias < quality.max_error ? std::hypot(noise, bias) : noise;
     if (error <= quality.max_error) break;
-    const std::int64_t pixels = std::int64_t{film.width()} * film.height();
-    if (count >= kMostSamples || 2 * std::int64_t{count} * pixels > quality.most_samples) {
-      outcome.warnings.push_back(
-          "the noise was still above the target at the most samples allowed");
+    const std::int64_t pixels = std::int64_t{series.film.width()} * series.film.height();
+    if (runner.done() >= kMostSamples ||
+        2 * std::int64_t{runner.done()} * pixels > quality.most_samples) {
+      runner.warn("the noise was still above the target at the most samples allowed");
       break;
     }
     // The next pass takes as long as all before it.
     if (quality.max_time_ms && 2.0 * elapsed_ms() > *quality.max_time_ms) {
-      outcome.warnings.push_back("stopped by max_time_ms before the error was reached");
+      runner.warn("stopped by max_time_ms before the error was reached");
       break;
     }
   }
-  if (run.progress) run.progress(1.0);
+  if (run.progress) run.progress(series.end);
+  return runner.finish();
+}
+
+RenderOutcome rendered_film(const SampleSource& source, const QualitySpec& quality, double bias,
+                            const RunControl& run) {
+  Film film(source.sensor.width, source.sensor.height);
+  RenderOutcome outcome =
+      render_progressively({.source = source, .film = film}, quality, bias, run);
+  outcome.color = film.mean();
+  outcome.variance = film.variance();
   return outcome;
 }
 
@@ -106,7 +151,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality.max_error))};
 }
 
-std::vector<OmittedEffect> omitted_diffraction(const Shot& shot, const ShotFacts& facts) {
+std::vector<EffectLoss> omitted_diffraction(const Shot& shot, const ShotFacts& facts) {
   if (shot.effects.diffraction == EffectChoice::off) return {};
   const double airy_px = airy_diameter(shot.camera.wavelength, working_f_number(shot.camera)) /
                          shot.sensor.pixel_pitch;

@@ -11,27 +11,26 @@
 namespace fstop {
 namespace {
 
-constexpr int kTile = 16;  // pixels; a row of a tile is a whole number of packets
+static_assert(kTile % kLanes == 0, "a row of a tile is a whole number of packets");
 // Samples of a pixel traced in one visit of its tile: a visit takes milliseconds, so that
 // progress flows and threads end together.
 constexpr std::uint32_t kVisit = 256;
 
-// Coordinates of a packet's samples.
+// Coordinates of a packet's samples beside those of the raster.
 struct LanePoints {
-  alignas(64) LaneValues raster_x = {};
-  alignas(64) LaneValues raster_y = {};
   alignas(64) LaneValues pupil_x = {};
   alignas(64) LaneValues pupil_y = {};
   alignas(64) LaneValues time = {};
 };
 
-void choose_points(const SampleSource& source, const SampleKeys& keys, LanePoints& points) {
-  source.sequence.fill(keys, Dimension::pixel_x, points.raster_x);
-  source.sequence.fill(keys, Dimension::pixel_y, points.raster_y);
+void choose_points(const SampleSource& source, const SampleKeys& keys, TracedPacket& traced,
+                   LanePoints& points) {
+  source.sequence.fill(keys, Dimension::pixel_x, traced.raster_x);
+  source.sequence.fill(keys, Dimension::pixel_y, traced.raster_y);
   const auto width = static_cast<std::uint32_t>(source.sensor.width);
   for (std::size_t i = 0; i < kLanes; ++i) {
-    points.raster_x[i] += keys.pixel[i] % width;
-    points.raster_y[i] += keys.pixel[i] / width;
+    traced.raster_x[i] += keys.pixel[i] % width;
+    traced.raster_y[i] += keys.pixel[i] / width;
   }
   if (source.samples_pupil) {
     source.sequence.fill(keys, Dimension::lens_u, points.pupil_x);
@@ -45,10 +44,11 @@ void choose_points(const SampleSource& source, const SampleKeys& keys, LanePoint
 }
 
 template <typename AnyCamera>
-void aim(const AnyCamera& camera, const LanePoints& points, RayPacket& packet) {
+void aim(const AnyCamera& camera, const TracedPacket& traced, const LanePoints& points,
+         RayPacket& packet) {
   for (int i = 0; i < kLanes; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const Ray ray = camera.ray({points.raster_x[k], points.raster_y[k]},
+    const Ray ray = camera.ray({traced.raster_x[k], traced.raster_y[k]},
                                {points.pupil_x[k], points.pupil_y[k]});
     packet.set(i, to_float(ray.origin), to_float(ray.direction), kFar,
                static_cast<float>(points.time[k]));
@@ -64,11 +64,11 @@ float pixel_angle(const SampleSource& source) {
 
 template <typename AnyCamera>
 std::uint64_t trace_with(const SampleSource& source, const AnyCamera& camera,
-                         const SampleKeys& keys, const LaneMask& valid, LaneColors& colors) {
+                         const SampleKeys& keys, const LaneMask& valid, TracedPacket& traced) {
   LanePoints points;
-  choose_points(source, keys, points);
+  choose_points(source, keys, traced, points);
   RayPacket packet;
-  aim(camera, points, packet);
+  aim(camera, traced, points, packet);
   source.scene.intersect(packet, valid, Coherence::coherent);
   std::uint64_t rays = 0;
   for (const std::int32_t lane : valid) rays += lane != 0 ? 1U : 0U;
@@ -76,11 +76,16 @@ std::uint64_t trace_with(const SampleSource& source, const AnyCamera& camera,
                              .sequence = source.sequence,
                              .keys = keys,
                              .footprint_rate = source.texture_width_px * pixel_angle(source)};
+  LaneColors& colors = traced.colors;
   shade(inputs, packet, valid, colors, rays);
+  const Vec3f forward = to_float(camera.pose().forward());
   for (std::size_t k = 0; k < kLanes; ++k) {
+    const auto lane = static_cast<int>(k);
+    traced.depth[k] =
+        packet.hit(lane) ? packet.far[k] * dot(packet.direction(lane), forward) : kFar;
     float scale = source.exposure;
     if (source.falloff) {
-      scale *= static_cast<float>(camera.falloff({points.raster_x[k], points.raster_y[k]}));
+      scale *= static_cast<float>(camera.falloff({traced.raster_x[k], traced.raster_y[k]}));
     }
     colors.r[k] *= scale;
     colors.g[k] *= scale;
@@ -100,8 +105,9 @@ struct RowLayout {
 
 class TileTracer {
  public:
-  TileTracer(const SampleSource& source, std::uint32_t first, std::uint32_t count, Film& film)
-      : source_(source), first_(first), count_(count), layout_(count), film_(film) {}
+  TileTracer(const SampleSource& source, std::uint32_t first, std::uint32_t count, Film& film,
+             SampleSink* sink)
+      : source_(source), first_(first), count_(count), layout_(count), film_(film), sink_(sink) {}
 
   std::uint64_t trace(int tile_x, int tile_y, const RunControl& run) {
     std::uint64_t rays = 0;
@@ -132,8 +138,10 @@ class TileTracer {
         keys.pixel[lane] = row + static_cast<std::uint32_t>(x) + (inside ? neighbour : 0);
         keys.index[lane] = first_ + begin + lane % layout_.per_pixel;
       }
-      LaneColors colors;
-      rays += trace_packet(source_, keys, valid, colors);
+      TracedPacket traced;
+      rays += trace_packet(source_, keys, valid, traced);
+      if (sink_ != nullptr) sink_->add(valid, traced);
+      const LaneColors& colors = traced.colors;
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         if (valid[lane] == 0) continue;
         sums[lane / layout_.per_pixel].add(colors.r[lane], colors.g[lane], colors.b[lane]);
@@ -148,6 +156,7 @@ class TileTracer {
   std::uint32_t count_;
   RowLayout layout_;
   Film& film_;
+  SampleSink* sink_;
 };
 
 // Reports a fraction that never decreases, from any thread.
@@ -178,23 +187,26 @@ class Progress {
 }  // namespace
 
 std::uint64_t trace_packet(const SampleSource& source, const SampleKeys& keys,
-                           const LaneMask& valid, LaneColors& colors) noexcept {
+                           const LaneMask& valid, TracedPacket& traced) noexcept {
   return std::visit(
-      [&](const auto& camera) { return trace_with(source, camera, keys, valid, colors); },
+      [&](const auto& camera) { return trace_with(source, camera, keys, valid, traced); },
       source.camera);
 }
 
-std::uint64_t trace_pass(const SampleSource& source, std::uint32_t first, std::uint32_t count,
-                         Film& film, const RunControl& run, double begin, double end) {
+std::uint64_t trace_pass(const SampleSource& source, const SamplePass& pass, Film& film,
+                         const RunControl& run) {
   const int columns = (film.width() + kTile - 1) / kTile;
   const int rows = (film.height() + kTile - 1) / kTile;
-  const std::uint32_t visit = std::min(count, kVisit);
+  const std::uint32_t visit = std::min(pass.count, kVisit);
   std::atomic<std::uint64_t> rays = 0;
-  Progress progress(run, columns * rows * static_cast<int>(count / visit), begin, end);
-  for (std::uint32_t done = 0; done < count; done += visit) {
+  Progress progress(run, columns * rows * static_cast<int>(pass.count / visit), pass.begin,
+                    pass.end);
+  for (std::uint32_t done = 0; done < pass.count; done += visit) {
     parallel_for(run, columns * rows, [&](int tile) {
-      TileTracer tracer(source, first + done, visit, film);
-      rays += tracer.trace(tile % columns, tile / columns, run);
+      if (pass.tiles == nullptr || (*pass.tiles)[static_cast<std::size_t>(tile)] != 0) {
+        TileTracer tracer(source, pass.first + done, visit, film, pass.sink);
+        rays += tracer.trace(tile % columns, tile / columns, run);
+      }
       progress.step();
     });
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/shading/ray_tree.h"
 
@@ -46,11 +47,41 @@ struct ProbeGrid {
   int rows = 0;
 };
 
+// Steps in blur between neighbours on the grid. A step of a smooth slope may pass for an edge: an
+// upper estimate.
+void find_edges(const ProbeGrid& grid, const std::vector<double>& blur_px, ShotFacts& facts) {
+  constexpr double kLeastStep = 0.5;  // px
+  constexpr double kTileSide = 16.0;  // what is near is told by tiles
+  double near = 0.0;
+  double length = 0.0;
+  double area = 0.0;
+  const auto compare = [&](int i, int j) {
+    const double p = blur_px[static_cast<std::size_t>(i)];
+    const double q = blur_px[static_cast<std::size_t>(j)];
+    const double step = std::abs(p - q);
+    if (!(step > kLeastStep)) return;  // NaN too: darkness
+    const double width = step + std::max(std::abs(p), std::abs(q));
+    near += (width + kTileSide) * grid.step;
+    length += grid.step;
+    area += width * grid.step;
+  };
+  for (int i = 0; i < grid.count(); ++i) {
+    if (i % grid.columns + 1 < grid.columns) compare(i, i + 1);
+    if (i + grid.columns < grid.count()) compare(i, i + grid.columns);
+  }
+  const double all = static_cast<double>(grid.count()) * grid.step * grid.step;
+  facts.edge_share = std::min(1.0, near / all);
+  facts.edge_length = length / all;
+  facts.edge_area = area / all;
+}
+
 void probe(const Shot& shot, ShotFacts& facts) {
   const RayScene& scene = *shot.scene;
   const PinholeCamera camera = central_projection(shot.camera, shot.sensor);
   const ProbeGrid grid(shot.sensor, scene.scene().lights.size());
   Moments moments;
+  std::vector<double> blur_px(static_cast<std::size_t>(grid.count()),
+                              std::numeric_limits<double>::quiet_NaN());
   for (int begin = 0; begin < grid.count(); begin += kLanes) {
     RayPacket packet;
     alignas(64) LaneMask valid = {};
@@ -75,12 +106,13 @@ void probe(const Shot& shot, ShotFacts& facts) {
       const Length depth = packet.hit(lane) ? Length::si(packet.far[k] * cosine) : kInfinitelyFar;
       if (!packet.hit(lane) && scene.scene().background == Rgb{0, 0, 0}) continue;
       if (!(depth > Length{})) continue;  // a surface through the pupil has no blur disc
-      facts.largest_blur_px =
-          std::max(facts.largest_blur_px,
-                   std::abs(blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch));
+      const double blur = blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch;
+      blur_px[static_cast<std::size_t>(begin + lane)] = blur;
+      facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(blur));
     }
   }
   facts.contrast = moments.deviation();
+  find_edges(grid, blur_px, facts);
 }
 
 }  // namespace
@@ -93,6 +125,8 @@ ShotFacts facts_of(const Shot& shot) {
   if (shot.scene == nullptr) {
     facts.largest_blur_px =
         std::abs(blur_diameter(shot.camera, kInfinitelyFar) / shot.sensor.pixel_pitch);
+    facts.edge_share = 0.1;  // as of a few objects
+    facts.edge_area = 0.02;
     facts.contrast = 0.25;  // half of what a picture of black and white pixels has
     return facts;
   }

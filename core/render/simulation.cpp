@@ -13,6 +13,7 @@
 #include "core/render/progressive.h"
 #include "core/render/shot_facts.h"
 #include "core/render/texture_detail.h"
+#include "core/render/wave.h"
 
 namespace fstop {
 namespace {
@@ -38,13 +39,11 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
 Image all_in_focus(const Shot& shot, int samples, const RunControl& run) {
   Shot sharp = shot;
   sharp.quality.samples = samples;
-  Film film(shot.sensor.width, shot.sensor.height);
-  PinholeTrace().render(sharp, 0.0, film, run);
-  return film.mean();
+  return PinholeTrace().render(sharp, 0.0, run).color;
 }
 
-std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot, const Film& film,
-                                  const RunControl& run) {
+std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
+                                  const RenderOutcome& outcome, const RunControl& run) {
   std::map<Output, Image> layers;
   const auto wants = [&](Output output) { return std::ranges::count(spec.outputs, output) > 0; };
   if (wants(Output::depth) || wants(Output::coc) || wants(Output::normal)) {
@@ -53,9 +52,9 @@ std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot, 
     if (wants(Output::coc)) layers[Output::coc] = std::move(geometry.coc);
     if (wants(Output::normal)) layers[Output::normal] = std::move(geometry.normal);
   }
-  if (wants(Output::variance)) layers[Output::variance] = film.variance();
+  if (wants(Output::variance)) layers[Output::variance] = outcome.variance;
   if (wants(Output::all_in_focus)) {
-    layers[Output::all_in_focus] = all_in_focus(shot, film.samples(), run);
+    layers[Output::all_in_focus] = all_in_focus(shot, outcome.samples_max, run);
   }
   return layers;
 }
@@ -76,7 +75,8 @@ ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
 std::span<const RenderMethod* const> render_methods() {
   static const PinholeTrace pinhole;
   static const LensSampling lens_sampling;
-  static const std::array<const RenderMethod*, 2> methods = {&pinhole, &lens_sampling};
+  static const Wave wave;
+  static const std::array<const RenderMethod*, 3> methods = {&pinhole, &lens_sampling, &wave};
   return methods;
 }
 
@@ -91,18 +91,18 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   const ShotFacts facts = facts_of(shot);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
-  Film film(spec.width, spec.height);
-  RenderOutcome outcome = plan.method->render(shot, plan.quote.error.rmse, film, run);
+  RenderOutcome outcome = plan.method->render(shot, plan.quote.error.rmse, run);
+  if (outcome.effects) plan.quote.error.effects = *outcome.effects;
 
   Photograph photograph;
-  photograph.color = film.mean();
-  photograph.layers = layers_of(spec, shot, film, run);
+  photograph.layers = layers_of(spec, shot, outcome, run);
+  photograph.color = std::move(outcome.color);
 
   // The finished image knows its own contrast and detail better than the probe did.
   RenderReport& report = photograph.report;
   const double contrast = contrast_of(photograph.color);
   report.model = model_of(shot, facts, plan, contrast);
-  double bias = omission_rmse(plan.quote.error.omitted, contrast);
+  double bias = loss_rmse(plan.quote.error.effects, contrast);
   bias += facts.branch_error;
   if (facts.mip_maps) {
     const double detail =
@@ -118,8 +118,8 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   report.error = error_of(outcome, bias, spec.quality.max_error);
   report.optics = optics;
   report.cost = {.rays = outcome.rays + facts.probe_rays,
-                 .samples_mean = static_cast<double>(film.samples()),
-                 .samples_max = film.samples()};
+                 .samples_mean = outcome.samples_mean,
+                 .samples_max = outcome.samples_max};
   report.warnings = std::move(plan.warnings);
   std::ranges::move(outcome.warnings, std::back_inserter(report.warnings));
   if (facts.forks) {

@@ -148,8 +148,9 @@ TEST(Simulation, PlannerTakesThePinholeWhereNothingIsBlurred) {
   spec.effects.diffraction = EffectChoice::off;
   const Photograph picture = photograph(spec, scene);
   EXPECT_EQ(picture.report.method, "pinhole");
-  ASSERT_EQ(picture.report.passed_over.size(), 1U);
+  ASSERT_EQ(picture.report.passed_over.size(), 2U);
   EXPECT_EQ(picture.report.passed_over[0].method, "lens-sampling");
+  EXPECT_EQ(picture.report.passed_over[1].method, "wave");
   spec.camera.optics = small_shot(1.4).camera.optics;
   EXPECT_EQ(photograph(spec, scene).report.method, "lens-sampling");
 }
@@ -295,6 +296,10 @@ TEST(Simulation, RefusesWhatNoMethodCoversOrNoCameraIs) {
   const RayScene scene(busy_scene());
   SimulationSpec spec = small_shot();
   spec.effects.diffraction = EffectChoice::on;
+  spec.quality.method = "lens-sampling";
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::no_valid_method);
+  spec = small_shot(0.9);  // waves are paraxial
+  spec.effects.diffraction = EffectChoice::on;
   EXPECT_EQ(refusal_of(spec, scene), ErrorCode::no_valid_method);
   spec = small_shot();
   spec.effects.defocus = EffectChoice::off;
@@ -322,6 +327,7 @@ TEST(Simulation, WarnsWhereDiffractionIsLeftOutBeyondTheTarget) {
   spec.camera.optics = PinholeSpec{.image_distance = 50.0_mm, .diameter = 0.1_mm};
   spec.camera.sensor_width = 3.6_mm;
   spec.camera.sensor_height = 2.4_mm;
+  spec.quality.method = "lens-sampling";
   const Photograph picture = photograph(spec, scene);
   EXPECT_GT(picture.report.error.upper_95, spec.quality.max_error);
   EXPECT_FALSE(picture.report.warnings.empty());

@@ -50,9 +50,9 @@ struct CompleteSamples {
         SampleKeys keys;
         keys.pixel.fill(static_cast<std::uint32_t>(y * kWidth + x));
         for (std::uint32_t i = 0; i < kLanes; ++i) keys.index[i] = i;
-        LaneColors colors;
-        rays += trace_packet(source, keys, valid, colors);
-        checksum += colors.r[0];
+        TracedPacket traced;
+        rays += trace_packet(source, keys, valid, traced);
+        checksum += traced.colors.r[0];
         samples += kSamples;
       }
     }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <random>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "core/optics/rayleigh_sommerfeld.h"
 #include "core/optics/spectrum.h"
 #include "core/optics/transfer.h"
+#include "tests/bench/thread_timer.h"
 
 namespace {
 
@@ -25,29 +25,11 @@ using namespace fstop;
 
 constexpr int kRuns = 21;
 
-double thread_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 // Kept where the compiler cannot see that nobody reads it.
 volatile double g_sink = 0.0;
 
-struct Timing {
-  double minimum = 0.0;
-  double median = 0.0;
-};
-
 Timing seconds_of(const std::function<double()>& work) {
-  std::vector<double> times;
-  for (int run = 0; run < kRuns; ++run) {
-    const double start = thread_seconds();
-    g_sink = g_sink + work();
-    times.push_back(thread_seconds() - start);
-  }
-  std::ranges::sort(times);
-  return {times.front(), times[times.size() / 2]};
+  return fstop::seconds_of([&] { g_sink = g_sink + work(); }, kRuns);
 }
 
 void print_rate(const char* what, double largest_U, double largest_v, double count, Timing time) {

@@ -78,6 +78,34 @@ TEST_F(Program, OpticsReadsAFileOrStandardInput) {
   EXPECT_EQ(run_fstop({"optics", path("none.json")}).exit_code, 2);
 }
 
+TEST_F(Program, PsfPrintsNumbersAndWritesTheImageThatTheServerSends) {
+  const std::string request = R"({"camera": {"lens": {"f_number": 8, "blades": 6}},
+      "object_distance_m": 2.5, "image": {"width": 40, "height": 30, "pixel_um": 2}})";
+  folder_.write("psf.json", request);
+  const Outcome printed = run_fstop({"psf", path("psf.json")});
+  EXPECT_EQ(printed.exit_code, 0);
+  EXPECT_NE(printed.output.find("\"encircled_energy\""), std::string::npos) << printed.output;
+  EXPECT_EQ(run_fstop({"psf", "-"}, request).output, printed.output);
+  ServerProcess server(folder_.path());
+  EXPECT_EQ(ask(server.port(), "POST", "/v1/psf", {}, request).body + "\n", printed.output);
+  for (const auto& [name, type] :
+       {std::pair("psf.exr", "image/x-exr"), {"psf.png", "image/png"}, {"psf.tif", "image/tiff"}}) {
+    const Outcome outcome = run_fstop({"psf", path("psf.json"), "--out", path(name)});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output << outcome.errors;
+    EXPECT_EQ(outcome.output, printed.output);
+    const Answer answer = ask(server.port(), "POST", "/v1/psf", {{"Accept", type}}, request);
+    ASSERT_EQ(answer.status, 200) << answer.body;
+    EXPECT_TRUE(text_of_file(path(name)) == answer.body) << name;
+  }
+  const std::string too_oblique = R"({"camera": {"pinhole": {"diameter_mm": 0.35}},
+      "field_angle_deg": 80})";
+  const int before = folder_.files();
+  const Outcome refused = run_fstop({"psf", "-", "--out", path("none.png")}, too_oblique);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.output.find("75 degrees"), std::string::npos) << refused.output;
+  EXPECT_EQ(folder_.files(), before);
+}
+
 TEST_F(Program, RendersAFileThatEqualsTheServers) {
   std::string request = tiny_request(3);
   request.replace(request.find("\"tiny\""), 6, "\"scenes/tiny/scene.json\"");

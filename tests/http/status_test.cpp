@@ -94,6 +94,7 @@ TEST_F(Calls, UnknownPathsAndMethodsAreProblems) {
       {"PUT", "/nothing", 404, ""},
       {"GET", "/v1/renders", 405, "POST, OPTIONS"},
       {"GET", "/v1/optics", 405, "POST, OPTIONS"},
+      {"GET", "/v1/psf", 405, "POST, OPTIONS"},
       {"DELETE", "/v1/renders", 405, "POST, OPTIONS"},
       {"POST", "/livez", 405, "GET, HEAD, OPTIONS"},
       {"POST", "/v1/scenes", 405, "GET, HEAD, OPTIONS"},

@@ -1,0 +1,368 @@
+#include "core/render/wave.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "core/render/progressive.h"
+#include "core/render/shot_facts.h"
+#include "core/render/wave_spread.h"
+#include "core/render/wave_survey.h"
+
+namespace fstop {
+namespace {
+
+constexpr int kMostLayers = 24;
+// Beyond 40 waves a disc is right to 0.165 W^(-3/4) = 0.010, as rays show it.
+constexpr double kLargestDefocusOfWaves = 500.0;
+
+double transfer_tolerance(const QualitySpec& quality) {
+  return std::clamp(quality.max_error, 0.0005, 0.01);
+}
+
+// What a disc alone would be wrong by at |U| and beyond.
+double disc_loss(double defocus) {
+  const double waves = std::abs(defocus) / (4.0 * std::numbers::pi);
+  return std::min(1.0, 0.165 * std::pow(std::max(waves, 1e-3), -0.75));
+}
+
+// Lays samples down in the layers of their depth.
+class LayerSink : public SampleSink {
+ public:
+  LayerSink(const WaveOptics& optics, const DepthNodes& nodes, const VisibilityMask& mask,
+            int guard, LightLayers& layers)
+      : optics_(optics), nodes_(nodes), mask_(mask), guard_(guard), layers_(layers) {}
+
+  void add(const LaneMask& valid, const TracedPacket& packet) override {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (valid[lane] == 0) continue;
+      const Rgb light = packet.colors.get(static_cast<int>(lane));
+      if (light == Rgb{0, 0, 0}) continue;
+      const double x = packet.raster_x[lane];
+      const double y = packet.raster_y[lane];
+      const double defocus = optics_.defocus(static_cast<double>(packet.depth[lane]));
+      DepthNodes::Place place = nodes_.place(defocus);
+      if (place.first < 0) {
+        if (shown_by_rays(x, y)) continue;
+        place = nodes_.nearest(defocus);  // so thin that the survey missed it
+      }
+      const float second = place.second;
+      const float first = 1.0F - second;
+      layers_.add(x, y, place.first, {first * light[0], first * light[1], first * light[2]});
+      if (second == 0.0F) continue;
+      layers_.add(x, y, place.first + 1, {second * light[0], second * light[1], second * light[2]});
+    }
+  }
+
+ private:
+  // Outside the frame rays answer too: the mask reaches as far as light there does.
+  bool shown_by_rays(double x, double y) const {
+    const int column = static_cast<int>(x) - guard_;
+    const int row = static_cast<int>(y) - guard_;
+    if (column < 0 || row < 0 || column >= mask_.width || row >= mask_.height) return true;
+    return mask_.covers(column, row);
+  }
+
+  const WaveOptics& optics_;
+  const DepthNodes& nodes_;
+  const VisibilityMask& mask_;
+  int guard_;
+  LightLayers& layers_;
+};
+
+// The noise of a mean of two halves of a spread picture: its pixels share light with their
+// neighbours, `shared` of them, so that as many fewer tell of the error.
+NoiseEstimate spread_noise(const Image& mean, const Image& half_difference, double shared,
+                           double energy) {
+  double sum = 0.0;
+  double squares = 0.0;
+  const std::size_t pixels = mean.pixels().size() / 3;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    double mse = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double value = mean.pixels()[3 * i + c];
+      const double off = half_difference.pixels()[3 * i + c];
+      const double a = std::clamp(value + off, 0.0, 1.0);
+      const double b = std::clamp(value - off, 0.0, 1.0);
+      mse += (a - b) * (a - b) / 12.0;
+    }
+    sum += mse;
+    squares += mse * mse;
+  }
+  const auto count = static_cast<double>(pixels);
+  NoiseEstimate noise{.mse = sum / count, .energy = energy};
+  const double scatter = std::max(0.0, squares / count - noise.mse * noise.mse);
+  noise.mse_upper_95 =
+      noise.mse + 1.6448536269514722 * std::sqrt(2.0 * scatter * std::min(shared, count) / count);
+  return noise;
+}
+
+// The sharp light of a shot and what it becomes behind the pupil.
+class SharpLight {
+ public:
+  SharpLight(const Shot& shot, const WaveOptics& optics, const WaveSurvey& survey,
+             const DepthNodes& nodes, const VisibilityMask& mask, const RunControl& run)
+      : frame_{.width = shot.sensor.width,
+               .height = shot.sensor.height,
+               .guard = survey.guard,
+               .cells =
+                   WaveSpreader::cells_for(optics.q(), survey.sensor.width, survey.sensor.height)},
+        with_discs_(mask.share > 0.0),
+        shared_pixels_(1.0 + std::numbers::pi * std::pow(2.0 * optics.q(), 2)),
+        run_(run),
+        spreader_(optics, nodes, frame_, transfer_tolerance(shot.quality), run),
+        total_(survey.sensor.width, survey.sensor.height, frame_.cells,
+               static_cast<int>(nodes.defocuses().size())),
+        pass_(survey.sensor.width, survey.sensor.height, frame_.cells, total_.layers()),
+        sink_(optics, nodes, mask, survey.guard, pass_) {
+    // A wide disc smooths as much.
+    for (const double u : nodes.defocuses()) {
+      shared_pixels_ =
+          std::max(shared_pixels_, 0.25 * std::numbers::pi * std::pow(optics.disc_px(u), 2));
+    }
+  }
+
+  SampleSink& sink() { return sink_; }
+  const WaveSpreader& spreader() const { return spreader_; }
+  int cells() const { return frame_.cells; }
+
+  // Judges by the sharp light's own noise, which spreading only lowers, where that is enough;
+  // else spreads the difference of the halves.
+  NoiseEstimate end_of_pass(const NoiseEstimate& sharp, int samples, bool halves, double target) {
+    NoiseEstimate noise = sharp;
+    noise.mse_upper_95 = sharp.unclipped_mse_upper_95;
+    noise.mse = std::min(sharp.mse, noise.mse_upper_95);
+    spread_.reset();
+    if (halves && std::sqrt(noise.mse_upper_95) > target) {
+      const float scale = factor(2 * samples);
+      const Image off = spreader_.spread_roughly({total_, scale, &pass_, -scale}, run_);
+      spread_ = spreader_.spread({total_, scale, &pass_, scale}, with_discs_, run_);
+      noise = spread_noise(spread_->waves, off, shared_pixels_, sharp.energy);
+    }
+    total_.take(pass_);
+    samples_ += samples;
+    return noise;
+  }
+
+  const SpreadLight& spread() {
+    if (!spread_) spread_ = spreader_.spread({total_, factor(samples_)}, with_discs_, run_);
+    return *spread_;
+  }
+
+ private:
+  // From sums over the samples of a cell to radiance.
+  float factor(int samples) const {
+    return static_cast<float>(frame_.cells * frame_.cells) / static_cast<float>(samples);
+  }
+
+  WaveSpreader::Frame frame_;
+  bool with_discs_;
+  double shared_pixels_;
+  const RunControl& run_;
+  WaveSpreader spreader_;
+  LightLayers total_;
+  LightLayers pass_;
+  LayerSink sink_;
+  std::optional<SpreadLight> spread_;
+  int samples_ = 0;
+};
+
+// A copy of `image` without `guard` pixels on every side.
+Image cropped(const Image& image, int guard) {
+  Image inner(image.width() - 2 * guard, image.height() - 2 * guard, image.channels());
+  for (int y = 0; y < inner.height(); ++y) {
+    std::copy_n(image.at(guard, y + guard), inner.width() * inner.channels(), inner.at(0, y));
+  }
+  return inner;
+}
+
+// V (rays - discs): what discs without occlusion get wrong.
+Image hidden_light(const VisibilityMask& mask, const Image& rays, const Image& discs) {
+  Image hidden(rays.width(), rays.height(), 3);
+  for (int y = 0; y < rays.height(); ++y) {
+    for (int x = 0; x < rays.width(); ++x) {
+      if (!mask.covers(x, y)) continue;
+      for (int c = 0; c < 3; ++c) hidden.at(x, y)[c] = rays.at(x, y)[c] - discs.at(x, y)[c];
+    }
+  }
+  return hidden;
+}
+
+void add_to(Image& image, const Image& more) {
+  for (std::size_t i = 0; i < image.pixels().size(); ++i) image.pixels()[i] += more.pixels()[i];
+}
+
+std::string plain(const char* format, double a, double b = 0.0, double c = 0.0) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b, c);
+  return text;
+}
+
+// The losses of the finished picture, in its own terms.
+std::vector<EffectLoss> losses_of(const WaveOptics& optics, const WaveSurvey& survey,
+                                  const DepthNodes& nodes, const VisibilityMask& mask,
+                                  const SharpLight& light, double largest_disc_px, bool defocus) {
+  const WaveSpreader& spreader = light.spreader();
+  std::vector<EffectLoss> losses;
+  const double transfer = spreader.transfer_error();
+  std::string regime = "in focus";
+  if (!nodes.defocuses().empty()) {
+    double largest = 0.0;
+    for (const double u : nodes.defocuses()) largest = std::max(largest, std::abs(u));
+    regime = std::string(name_of(diffraction_regime(largest))) +
+             plain(", up to %.3g Fresnel zones", largest / (2.0 * std::numbers::pi));
+  }
+  losses.push_back({.effect = "diffraction",
+                    .transfer_loss = transfer + spreader.model_error(),
+                    .why = regime + "; " +
+                           plain("Airy diameter %.2g px, %.0f layers of depth, %.0f wavelengths",
+                                 2.44 * optics.q(), double(nodes.defocuses().size()),
+                                 double(spreader.wavelengths())),
+                    .modelled = true});
+  if (!defocus) return losses;
+  // Near an edge waves and discs lose light alike, at worst as wrong as leaving waves out.
+  const double near_edges =
+      std::min(1.0, 0.41 * optics.q()) * std::sqrt(mask.occluded_share) + mask.fine_edge_loss;
+  if (near_edges > 0.0) {
+    losses.push_back({.effect = "diffraction at edges in depth",
+                      .transfer_loss = near_edges,
+                      .why = plain("%.2g of the picture lies near one: rays tell what is hidden",
+                                   mask.occluded_share)});
+  }
+  double outside = 0.0;  // the share of the frame beyond the nodes
+  for (const float u : survey.defocus) {
+    outside += !std::isnan(u) && nodes.place(static_cast<double>(u)).first < 0 ? 1.0 : 0.0;
+  }
+  outside /= static_cast<double>(survey.defocus.size());
+  if (outside > 0.0) {
+    double reach = kLargestDefocusOfWaves;
+    for (const double u : nodes.defocuses()) reach = std::min(reach, std::abs(u));
+    losses.push_back({.effect = "diffraction far out of focus",
+                      .transfer_loss = disc_loss(std::max(reach, 1.0)) * std::sqrt(outside),
+                      .why = plain("discs of up to %.3g px are shown by rays", largest_disc_px)});
+  }
+  return losses;
+}
+
+// Light that comes from beyond the guard: at distance x from the border a share 0.065 Q/(g + x) of
+// it, averaged in squares over the frame.
+double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double largest_disc_px) {
+  const double beyond = std::max(1.0, survey.guard - 0.5 * largest_disc_px);
+  const int width = survey.sensor.width - 2 * survey.guard;
+  const int height = survey.sensor.height - 2 * survey.guard;
+  return 0.065 * optics.q() * std::sqrt((2.0 / width + 2.0 / height) / beyond);
+}
+
+}  // namespace
+
+Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
+  Quote quote;
+  if (shot.effects.diffraction == EffectChoice::off) {
+    quote.refusal = "models diffraction, which is switched off";
+    return quote;
+  }
+  const WaveOptics optics(shot);
+  quote.refusal = optics.refusal();
+  if (!quote.refusal.empty()) return quote;
+  const double tolerance = transfer_tolerance(shot.quality);
+  const bool defocus = shot.effects.defocus != EffectChoice::off;
+  // Layers on both sides of the focus, and whether they reach what is most defocused.
+  const double largest = defocus ? std::abs(optics.defocus_of_px(facts.largest_blur_px)) : 0.0;
+  const double layers = 1.0 + 2.0 * defocus_steps(largest) / std::sqrt(tolerance / 0.01);
+  const bool all_waves = largest <= kLargestDefocusOfWaves && layers <= kMostLayers;
+  const double traced = all_waves ? facts.edge_share : 1.0;
+  quote.error.effects.push_back({.effect = "diffraction",
+                                 .transfer_loss = tolerance * 0.5,
+                                 .why = plain("Airy diameter %.2g px, exact point spreads by depth",
+                                              2.44 * facts.diffraction_q),
+                                 .modelled = true});
+  const double near =
+      std::min(1.0, facts.edge_area + facts.edge_length * 4.88 * facts.diffraction_q);
+  if (defocus && near > 0.0) {
+    quote.error.effects.push_back(
+        {.effect = "diffraction at edges in depth",
+         .transfer_loss = std::min(1.0, 0.41 * facts.diffraction_q) * std::sqrt(near),
+         .why = plain("about %.2g of the picture lies near one", near)});
+  }
+  quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
+  // The sharp picture, the pupil where it must be sampled, and the transforms: half a ray an
+  // element, four elements a pixel.
+  const double planes = 3.0 * std::min(layers, double(kMostLayers)) + 3.0;
+  quote.cost_rays = predicted_rays(facts, shot.quality.max_error, 0.1 * facts.contrast) +
+                    traced * predicted_rays(facts, shot.quality.max_error, facts.contrast) +
+                    planes * 2.0 * facts.pixel_count;
+  return quote;
+}
+
+RenderOutcome Wave::render(const Shot& shot, double bias, const RunControl& run) const {
+  const WaveOptics optics(shot);
+  const ShotFacts facts = facts_of(shot);
+  const WaveSurvey survey = wave_survey(shot, facts, optics, run);
+  const DepthNodes nodes(survey.seen, transfer_tolerance(shot.quality), kMostLayers,
+                         kLargestDefocusOfWaves);
+  const bool defocus = shot.effects.defocus != EffectChoice::off;
+  const VisibilityMask mask = visibility_mask(survey, optics, nodes);
+  const bool needs_rays = mask.share > 0.0;
+  SharpLight light(shot, optics, survey, nodes, mask, run);
+
+  // Sharp light and rays have half the noise each, in squares.
+  const double half = needs_rays ? std::numbers::sqrt2 / 2.0 : 1.0;
+  QualitySpec quality = shot.quality;
+  quality.max_error *= half;
+  if (quality.max_time_ms) *quality.max_time_ms *= needs_rays ? 0.4 : 0.8;
+  if (quality.samples) *quality.samples = std::max(*quality.samples, light.cells() * light.cells());
+  const double room = bias < shot.quality.max_error
+                          ? half * std::sqrt(std::pow(shot.quality.max_error, 2) - bias * bias)
+                          : quality.max_error;
+
+  Shot wide = shot;
+  wide.sensor = survey.sensor;
+  const Camera centre = central_projection(shot.camera, wide.sensor);
+  Film film(wide.sensor.width, wide.sensor.height);
+  RenderOutcome outcome = render_progressively(
+      {.source = sample_source(wide, centre, false),
+       .film = film,
+       .sink = &light.sink(),
+       .end_of_pass = [&](const NoiseEstimate& noise, int samples,
+                          bool halves) { return light.end_of_pass(noise, samples, halves, room); },
+       .least_samples = light.cells() * light.cells(),
+       .end = needs_rays ? 0.5 : 0.9},
+      quality, half * bias, run);
+  outcome.rays += survey.rays;
+  outcome.color = light.spread().waves;
+  outcome.variance = cropped(film.variance(), survey.guard);
+  if (needs_rays) {
+    const Camera camera = camera_of(shot.camera, shot.sensor);
+    Film rays(shot.sensor.width, shot.sensor.height);
+    const RenderOutcome traced = render_progressively({.source = sample_source(shot, camera, true),
+                                                       .film = rays,
+                                                       .tiles = &mask.tiles,
+                                                       .begin = 0.5,
+                                                       .end = 1.0},
+                                                      quality, half * bias, run);
+    const Image hidden = hidden_light(mask, rays.mean(), light.spread().discs);
+    add_to(outcome.color, light.spreader().spread_in_focus(hidden, run));
+    add_to(outcome.variance, rays.variance());
+    outcome.rays += traced.rays;
+    outcome.noise.mse += traced.noise.mse;
+    outcome.noise.mse_upper_95 += traced.noise.mse_upper_95;
+    outcome.noise.energy = std::hypot(outcome.noise.energy, mask.share * traced.noise.energy);
+    outcome.samples_mean += mask.share * traced.samples_mean;
+    outcome.samples_max += traced.samples_max;
+    std::ranges::copy(traced.warnings, std::back_inserter(outcome.warnings));
+  }
+  if (run.progress) run.progress(1.0);
+  outcome.effects = losses_of(optics, survey, nodes, mask, light, facts.largest_blur_px, defocus);
+  const double border = border_loss(optics, survey, facts.largest_blur_px);
+  outcome.effects->push_back(
+      {.effect = "light from far outside the frame",
+       .transfer_loss = border,
+       .why = plain("diffracted from more than %.0f px beyond the border", double(survey.guard))});
+  return outcome;
+}
+
+}  // namespace fstop

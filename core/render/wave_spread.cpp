@@ -1,0 +1,406 @@
+#include "core/render/wave_spread.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <numbers>
+#include <span>
+
+#include "core/optics/bessel.h"
+#include "core/optics/polygon_psf.h"
+
+namespace fstop {
+namespace {
+
+constexpr double kTau = 2.0 * std::numbers::pi;
+constexpr int kGroups = 2;  // of layers, each summed by a thread of its own
+constexpr double kMostPlane = 8e6;
+
+// Margin beyond the frame that the point spread without its far halo needs.
+double near_reach(const WaveOptics& optics, std::span<const double> defocuses) {
+  double disc = 0.0;
+  for (const double u : defocuses) disc = std::max(disc, std::abs(optics.disc_px(u)));
+  return 0.75 * disc + 30.0 * optics.q() + 8.0;
+}
+
+// tan^2 of the largest angle at which the frame and its guard see light; 0 for a lens.
+double field_limit(const WaveOptics& optics, const WaveSpreader::Frame& frame) {
+  if (!optics.is_pinhole()) return 0.0;
+  const double reach = 0.5 * optics.pixel_pitch() / optics.image_distance();
+  return std::pow(reach * (frame.width + 2 * frame.guard), 2) +
+         std::pow(reach * (frame.height + 2 * frame.guard), 2);
+}
+
+// Adds `sharp` times a table's values; dx, dy: cycles per metre between columns and rows.
+void add_radial(const RadialTable& table, double column_step, double row_step,
+                const SpectralPlane& sharp, SpectralPlane& sum) {
+  const auto dx = static_cast<float>(column_step);
+  const auto dy = static_cast<float>(row_step);
+  sum.add_product(sharp, [&](int row, std::span<float> g) {
+    const float y = dy * static_cast<float>(row);
+    for (std::size_t i = 0; i < g.size(); ++i) {
+      const float x = dx * static_cast<float>(i);
+      g[i] = table(std::sqrt(x * x + y * y));
+    }
+  });
+}
+
+void add_polar(const PolarTable& table, double column_step, double row_step,
+               const SpectralPlane& sharp, SpectralPlane& sum) {
+  const auto dx = static_cast<float>(column_step);
+  const auto dy = static_cast<float>(row_step);
+  sum.add_complex_product(sharp, [&](int row, std::span<std::complex<float>> g) {
+    const float y = dy * static_cast<float>(row);
+    for (std::size_t i = 0; i < g.size(); ++i) g[i] = table(dx * static_cast<float>(i), y);
+  });
+}
+
+// A table of jinc(2 pi nu R), as fine as the waves': linear interpolation errs by 3e-5.
+RadialTable disc_table(double radius, double highest_frequency) {
+  const double step = std::min(0.02 / (kTau * std::abs(radius)), highest_frequency / 64.0);
+  std::vector<float> values(static_cast<std::size_t>(highest_frequency / step) + 3);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = static_cast<float>(jinc(kTau * radius * step * static_cast<double>(i)));
+  }
+  return {step, std::move(values)};
+}
+
+}  // namespace
+
+int WaveSpreader::cells_for(double q, int width, int height) {
+  const double pixels = static_cast<double>(width) * height;
+  int cells = 1;
+  while (cells < 4 && cells * q < 8.0 && pixels * 4.0 * cells * cells <= kMostPlane) cells *= 2;
+  return cells;
+}
+
+WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, const Frame& frame,
+                           double tolerance, const RunControl& run)
+    : optics_(optics), frame_(frame), halo_(optics.halo_px()) {
+  const double reach = near_reach(optics, nodes.defocuses());
+  const auto padded = [&](int side) {
+    const double least = std::max(side + 2.0 * frame.guard, side + frame.guard + reach);
+    return fast_transform_length(static_cast<int>(std::ceil(least * frame.cells)));
+  };
+  plane_width_ = padded(frame.width);
+  plane_height_ = padded(frame.height);
+  halo_radius_ = std::max(16.0, 4.0 * optics.q());
+  const double nyquist = 0.5 * frame.cells / optics.pixel_pitch();
+  const std::size_t layers = nodes.defocuses().size();
+  transfers_.resize(layers + 1);
+  parallel_for(run, static_cast<int>(transfers_.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double defocus = k < layers ? nodes.defocuses()[k] : 0.0;
+    transfers_[k] = wave_transfer({.pupil = optics.pupil(defocus),
+                                   .aperture = optics.is_pinhole() ? Aperture{} : optics.aperture(),
+                                   .light = optics.light(),
+                                   .scale = optics.scale(),
+                                   .highest_frequency = nyquist * std::numbers::sqrt2,
+                                   .field_limit = k < layers ? field_limit(optics, frame) : 0.0,
+                                   .tolerance = tolerance});
+  });
+  for (std::size_t k = 0; k < layers; ++k) {
+    const WaveTransfer& transfer = transfers_[k];
+    transfer_error_ = std::max(transfer_error_, transfer.spectral_error + transfer.field_error);
+    model_error_ = std::max(model_error_, transfer.model_error);
+    disc_error_ = std::max(disc_error_, transfer.disc_error);
+    wavelengths_ = std::max(wavelengths_, transfer.wavelengths);
+    field_terms_ = std::max(field_terms_, static_cast<int>(transfer.terms.size()));
+    disc_radius_px_.push_back(0.5 * optics.disc_px(nodes.defocuses()[k]));
+  }
+}
+
+// Sums one channel of some layers, term by term, as spectra.
+class WaveSpreader::ChannelSum {
+ public:
+  ChannelSum(const WaveSpreader& owner, int channel, Wanted wanted)
+      : waves(owner.plane_width_, owner.plane_height_),
+        discs(wanted.discs ? owner.plane_width_ : 2, wanted.discs ? owner.plane_height_ : 2),
+        owner_(owner),
+        channel_(channel),
+        wanted_(wanted),
+        sharp_(owner.plane_width_, owner.plane_height_) {}
+
+  void add_layer(const LightSum& light, int layer) {
+    const WaveTransfer& transfer = owner_.transfers_[static_cast<std::size_t>(layer)];
+    const std::size_t count = wanted_.field ? transfer.terms.size() : 1;
+    for (std::size_t term = 0; term < count; ++term) {
+      const int harmonic = transfer.terms[term].harmonic;
+      add_term(light, layer, term, false);
+      if (harmonic > 0) add_term(light, layer, term, true);
+    }
+  }
+
+  SpectralPlane waves;
+  SpectralPlane discs;
+
+ private:
+  void add_term(const LightSum& light, int layer, std::size_t term, bool sine) {
+    const WaveTransfer& transfer = owner_.transfers_[static_cast<std::size_t>(layer)];
+    sharp_.clear();
+    light.first.add_to(sharp_.view(), layer, channel_, light.first_factor);
+    if (light.second != nullptr) {
+      light.second->add_to(sharp_.view(), layer, channel_, light.second_factor);
+    }
+    const FieldTerm& field = transfer.terms[term];
+    if (field != FieldTerm{}) weigh_by_field(field, sine);
+    sharp_.transform();
+    if (!transfer.polygon.empty()) {
+      add_polygon(transfer, layer);
+      return;
+    }
+    const RadialTable& table = transfer.tables[term][static_cast<std::size_t>(channel_)];
+    if (field.harmonic > 0) {
+      add_harmonic(table, field.harmonic, sine);
+    } else if (term == 0) {
+      add_radial(table.without_halo(halo_amplitude(), halo_decay()), waves);
+      if (wanted_.discs) add_radial(disc_table(disc_radius(layer), highest_frequency()), discs);
+    } else {
+      add_radial(table, waves);
+    }
+  }
+
+  double halo_amplitude() const {
+    return owner_.halo_[static_cast<std::size_t>(channel_)] / owner_.halo_radius_;
+  }
+  double halo_decay() const { return kTau * owner_.halo_radius_ * owner_.optics_.pixel_pitch(); }
+  // Metres; the sign is that of the defocus.
+  double disc_radius(int layer) const {
+    return owner_.disc_radius_px_[static_cast<std::size_t>(layer)] * owner_.optics_.pixel_pitch();
+  }
+  double highest_frequency() const {
+    return 0.5 * std::hypot(per_column() * owner_.plane_width_, per_row() * owner_.plane_height_);
+  }
+
+  void add_polygon(const WaveTransfer& transfer, int layer) {
+    const auto channel = static_cast<std::size_t>(channel_);
+    add_polar(transfer.polygon[channel].without_halo(halo_amplitude(), halo_decay()), waves);
+    if (!wanted_.discs) return;
+    // A far point (U < 0) shows the pupil upright in the picture.
+    const double radius = -disc_radius(layer);
+    const PolygonPupil pupil(owner_.optics_.aperture());
+    const double highest = highest_frequency();
+    const double step = std::min(0.02 / (kTau * std::abs(radius)), highest / 64.0);
+    add_polar({owner_.optics_.aperture(), step, static_cast<int>(highest / step) + 3,
+               [&](Vec2 nu) {
+                 return pupil.field({kTau * radius * nu.x, kTau * radius * nu.y});
+               }},
+              discs);
+  }
+
+  void add_polar(const PolarTable& table, SpectralPlane& sum) const {
+    fstop::add_polar(table, per_column(), per_row(), sharp_, sum);
+  }
+
+  // Frequencies, cycles per metre, of neighbouring columns and rows of the spectrum.
+  double per_column() const {
+    return owner_.frame_.cells / (owner_.plane_width_ * owner_.optics_.pixel_pitch());
+  }
+  double per_row() const {
+    return owner_.frame_.cells / (owner_.plane_height_ * owner_.optics_.pixel_pitch());
+  }
+
+  void add_radial(const RadialTable& table, SpectralPlane& sum) const {
+    fstop::add_radial(table, per_column(), per_row(), sharp_, sum);
+  }
+
+  void add_harmonic(const RadialTable& table, int harmonic, bool sine) {
+    const auto dx = static_cast<float>(per_column());
+    const auto dy = static_cast<float>(per_row());
+    waves.add_product(sharp_, [&](int row, std::span<float> g) {
+      const float y = dy * static_cast<float>(row);
+      for (std::size_t i = 0; i < g.size(); ++i) {
+        const float x = dx * static_cast<float>(i);
+        const float frequency = std::sqrt(x * x + y * y);
+        const float value = table(frequency);
+        if (value == 0.0F || frequency == 0.0F) {
+          g[i] = 0.0F;
+          continue;
+        }
+        // cos and sin of 2 m psi by multiplying out (cos psi + i sin psi)^2.
+        const std::complex<float> unit(x / frequency, y / frequency);
+        const std::complex<float> turn = unit * unit;
+        std::complex<float> power = 1.0F;
+        for (int k = 0; k < harmonic; ++k) power *= turn;
+        g[i] = value * (sine ? power.imag() : power.real());
+      }
+    });
+  }
+
+  // t^power cos or sin of 2 m phi at every cell: polynomials in the field position.
+  void weigh_by_field(const FieldTerm& field, bool sine) {
+    const Frame& frame = owner_.frame_;
+    const int width = (frame.width + 2 * frame.guard) * frame.cells;
+    const int height = (frame.height + 2 * frame.guard) * frame.cells;
+    const double unit =
+        owner_.optics_.pixel_pitch() / (owner_.optics_.image_distance() * frame.cells);
+    for (int row = 0; row < height; ++row) {
+      const double y = (row + 0.5 - 0.5 * height) * unit;
+      float* line = sharp_.view().at(0, row);
+      for (int column = 0; column < width; ++column) {
+        if (line[column] == 0.0F) continue;
+        const std::complex<double> place((column + 0.5 - 0.5 * width) * unit, y);
+        const std::complex<double> square = place * place;
+        std::complex<double> power = 1.0;
+        for (int k = 0; k < field.harmonic; ++k) power *= square;
+        double weight = sine ? power.imag() : power.real();
+        for (int k = field.harmonic; k < field.power; ++k) weight *= std::norm(place);
+        line[column] *= static_cast<float>(weight);
+      }
+    }
+  }
+
+  const WaveSpreader& owner_;
+  int channel_;
+  Wanted wanted_;
+  SpectralPlane sharp_;
+};
+
+namespace {
+
+// Writes the mean of a pixel's cells.
+void collect(const SpectralPlane& plane, const WaveSpreader::Frame& frame, int channel,
+             Image& image) {
+  const int cells = frame.cells;
+  const float share = 1.0F / static_cast<float>(cells * cells);
+  const int offset = frame.guard * cells;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      float sum = 0.0F;
+      for (int j = 0; j < cells; ++j) {
+        const float* line = plane.view().at(offset + x * cells, offset + y * cells + j);
+        for (int i = 0; i < cells; ++i) sum += line[i];
+      }
+      image.at(x, y)[channel] = sum * share;
+    }
+  }
+}
+
+}  // namespace
+
+SpreadLight WaveSpreader::spread(const LightSum& light, bool with_discs,
+                                 const RunControl& run) const {
+  return spread(light, Wanted{.discs = with_discs}, run);
+}
+
+Image WaveSpreader::spread_roughly(const LightSum& light, const RunControl& run) const {
+  return spread(light, Wanted{.field = false}, run).waves;
+}
+
+SpreadLight WaveSpreader::spread(const LightSum& light, Wanted wanted,
+                                 const RunControl& run) const {
+  SpreadLight result{.waves = Image(frame_.width, frame_.height, 3)};
+  if (wanted.discs) result.discs = Image(frame_.width, frame_.height, 3);
+  std::vector<std::unique_ptr<ChannelSum>> sums(3 * kGroups);
+  // Light is kept as sums over samples in a cell; the plane holds radiance: the same, since every
+  // cell has its share of the samples.
+  parallel_for(run, 3 * kGroups, [&](int task) {
+    auto sum = std::make_unique<ChannelSum>(*this, task / kGroups, wanted);
+    const int layers = static_cast<int>(transfers_.size()) - 1;
+    for (int layer = task % kGroups; layer < layers; layer += kGroups) {
+      if (run.stop.stop_requested()) return;
+      sum->add_layer(light, layer);
+    }
+    sums[static_cast<std::size_t>(task)] = std::move(sum);
+  });
+  throw_if_stopped(run);
+  parallel_for(run, 3, [&](int channel) {
+    ChannelSum& sum = *sums[static_cast<std::size_t>(channel * kGroups)];
+    for (int group = 1; group < kGroups; ++group) {
+      const ChannelSum& other = *sums[static_cast<std::size_t>(channel * kGroups + group)];
+      sum.waves += other.waves;
+      if (wanted.discs) sum.discs += other.discs;
+    }
+    sum.waves.invert();
+    collect(sum.waves, frame_, channel, result.waves);
+    if (wanted.discs) {
+      sum.discs.invert();
+      collect(sum.discs, frame_, channel, result.discs);
+    }
+    add_halo(light, channel, result.waves);
+  });
+  return result;
+}
+
+Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run) const {
+  Image result(frame_.width, frame_.height, 3);
+  const int margin = static_cast<int>(near_reach(optics_, {}));
+  const int width = fast_transform_length(frame_.width + margin);
+  const int height = fast_transform_length(frame_.height + margin);
+  const double column_step = 1.0 / (width * optics_.pixel_pitch());
+  const double row_step = 1.0 / (height * optics_.pixel_pitch());
+  const WaveTransfer& focus = transfers_.back();
+  parallel_for(run, 3, [&](int channel) {
+    SpectralPlane sharp(width, height);
+    for (int y = 0; y < frame_.height; ++y) {
+      for (int x = 0; x < frame_.width; ++x) *sharp.view().at(x, y) = picture.at(x, y)[channel];
+    }
+    sharp.transform();
+    SpectralPlane sum(width, height);
+    const auto c = static_cast<std::size_t>(channel);
+    if (focus.polygon.empty()) {
+      add_radial(focus.tables[0][c], column_step, row_step, sharp, sum);
+    } else {
+      add_polar(focus.polygon[c], column_step, row_step, sharp, sum);
+    }
+    sum.invert();
+    collect(sum, {.width = frame_.width, .height = frame_.height}, channel, result);
+  });
+  return result;
+}
+
+// The far halo on a grid of a quarter of its radius, twice as wide as the light: nothing wraps.
+void WaveSpreader::add_halo(const LightSum& light, int channel, Image& waves) const {
+  const int coarse = static_cast<int>(halo_radius_ / 4.0);  // pixels
+  const int wide = frame_.width + 2 * frame_.guard;
+  const int high = frame_.height + 2 * frame_.guard;
+  const int columns = (wide + coarse - 1) / coarse;
+  const int rows = (high + coarse - 1) / coarse;
+  SpectralPlane sum(fast_transform_length(2 * columns), fast_transform_length(2 * rows));
+  {
+    Image fine(wide * frame_.cells, high * frame_.cells, 1);
+    for (int layer = 0; layer + 1 < static_cast<int>(transfers_.size()); ++layer) {
+      light.first.add_to(fine.view(), layer, channel, light.first_factor);
+      if (light.second != nullptr) {
+        light.second->add_to(fine.view(), layer, channel, light.second_factor);
+      }
+    }
+    const int step = coarse * frame_.cells;
+    const float share = 1.0F / static_cast<float>(frame_.cells * frame_.cells);
+    for (int y = 0; y < fine.height(); ++y) {
+      for (int x = 0; x < fine.width(); ++x) {
+        *sum.view().at(x / step, y / step) += share * *fine.at(x, y);
+      }
+    }
+  }
+  SpectralPlane kernel(sum.width(), sum.height());
+  const double halo = halo_[static_cast<std::size_t>(channel)];
+  for (int y = 0; y < kernel.height(); ++y) {
+    for (int x = 0; x < kernel.width(); ++x) {
+      const double dx = coarse * std::min(x, kernel.width() - x);
+      const double dy = coarse * std::min(y, kernel.height() - y);
+      const double square = dx * dx + dy * dy + halo_radius_ * halo_radius_;
+      *kernel.view().at(x, y) = static_cast<float>(halo / (kTau * square * std::sqrt(square)));
+    }
+  }
+  sum.transform();
+  kernel.transform();
+  sum *= kernel;
+  sum.invert();
+  for (int y = 0; y < frame_.height; ++y) {
+    // Coarse centres lie at (i + 1/2) coarse pixels.
+    const double v = (y + frame_.guard + 0.5) / coarse - 0.5;
+    const int j = std::clamp(static_cast<int>(std::floor(v)), 0, sum.height() - 2);
+    for (int x = 0; x < frame_.width; ++x) {
+      const double u = (x + frame_.guard + 0.5) / coarse - 0.5;
+      const int i = std::clamp(static_cast<int>(std::floor(u)), 0, sum.width() - 2);
+      const auto at = [&](int a, int b) { return static_cast<double>(*sum.view().at(a, b)); };
+      const double top = at(i, j) + (u - i) * (at(i + 1, j) - at(i, j));
+      const double bottom = at(i, j + 1) + (u - i) * (at(i + 1, j + 1) - at(i, j + 1));
+      waves.at(x, y)[channel] += static_cast<float>(top + (v - j) * (bottom - top));
+    }
+  }
+}
+
+}  // namespace fstop
