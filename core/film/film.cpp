@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <new>
+#include <type_traits>
 
 namespace fstop {
 namespace {
@@ -28,6 +31,15 @@ struct SquareSums {
 };
 
 }  // namespace
+
+void SumPlane::Free::operator()(PixelSums* sums) const noexcept { std::free(sums); }
+
+SumPlane::SumPlane(std::size_t size)
+    : size_(size), sums_(static_cast<PixelSums*>(std::calloc(size, sizeof(PixelSums)))) {
+  // All bits zero are sums of zero, so that the system's fresh pages need no second writing.
+  static_assert(std::is_trivially_copyable_v<PixelSums>);
+  if (!sums_ && size > 0) throw std::bad_alloc();
+}
 
 Film::Film(int width, int height)
     : width_(width),

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "core/film/image.h"
 
@@ -20,6 +21,24 @@ struct PixelSums {
       square[c] += sample[c] * sample[c];
     }
   }
+};
+
+/// Pixels' sums, all zero: memory comes when a pixel is first touched, on the thread that does so.
+class SumPlane {
+ public:
+  /// Throws: std::bad_alloc.
+  explicit SumPlane(std::size_t size);
+
+  std::size_t size() const noexcept { return size_; }
+  PixelSums& operator[](std::size_t i) noexcept { return sums_.get()[i]; }
+  const PixelSums& operator[](std::size_t i) const noexcept { return sums_.get()[i]; }
+
+ private:
+  struct Free {
+    void operator()(PixelSums* sums) const noexcept;
+  };
+  std::size_t size_;
+  std::unique_ptr<PixelSums, Free> sums_;
 };
 
 /// How far the mean of a film's samples may be from their limit.
@@ -76,8 +95,8 @@ class Film {
   int width_;
   int height_;
   int samples_ = 0;
-  std::vector<PixelSums> total_;
-  std::vector<PixelSums> pass_;
+  SumPlane total_;
+  SumPlane pass_;
 };
 
 }  // namespace fstop

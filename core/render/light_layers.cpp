@@ -36,30 +36,43 @@ void LightLayers::add(double x, double y, int layer, const std::array<float, 3>&
   for (std::size_t c = 0; c < 3; ++c) values[c * side() * side() + cell] += light[c];
 }
 
-void LightLayers::add_to(ImageView<float> plane, int layer, int channel, float factor) const {
+void LightLayers::add_to(ImageView<float> plane, int left, int top, int layer, int channel,
+                         float factor) const {
   const auto span = static_cast<int>(side());
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     for (const Block& present : tiles_[t]) {
       if (present.layer != layer) continue;
-      const int left = static_cast<int>(t) % columns_ * span;
-      const int top = static_cast<int>(t) / columns_ * span;
-      const int right = std::min(left + span, std::min(plane.width, width_ * cells_));
-      const int bottom = std::min(top + span, std::min(plane.height, height_ * cells_));
-      for (int y = top; y < bottom; ++y) {
+      const int block_left = static_cast<int>(t) % columns_ * span - left;
+      const int block_top = static_cast<int>(t) / columns_ * span - top;
+      const int from = std::max(block_left, 0);
+      const int to = std::min({block_left + span, plane.width, width_ * cells_ - left});
+      const int last = std::min({block_top + span, plane.height, height_ * cells_ - top});
+      for (int y = std::max(block_top, 0); y < last; ++y) {
         const float* in = present.light.get() + (static_cast<std::size_t>(channel) * side() +
-                                                 static_cast<std::size_t>(y - top)) *
+                                                 static_cast<std::size_t>(y - block_top)) *
                                                     side();
-        float* out = plane.at(left, y);
-        for (int x = 0; x < right - left; ++x) out[x] += factor * in[x];
+        float* out = plane.at(0, y);
+        for (int x = from; x < to; ++x) out[x] += factor * in[x - block_left];
       }
     }
   }
 }
 
-bool LightLayers::has(int layer) const {
-  return std::ranges::any_of(tiles_, [&](const std::vector<Block>& tile) {
-    return std::ranges::any_of(tile, [&](const Block& b) { return b.layer == layer; });
-  });
+LightLayers::Area LightLayers::area(int layer) const {
+  const auto span = static_cast<int>(side());
+  Area area{.left = width_ * cells_, .top = height_ * cells_};
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    for (const Block& present : tiles_[t]) {
+      if (present.layer != layer) continue;
+      const int left = static_cast<int>(t) % columns_ * span;
+      const int top = static_cast<int>(t) / columns_ * span;
+      area.left = std::min(area.left, left);
+      area.top = std::min(area.top, top);
+      area.right = std::max(area.right, std::min(left + span, width_ * cells_));
+      area.bottom = std::max(area.bottom, std::min(top + span, height_ * cells_));
+    }
+  }
+  return area.right > area.left ? area : Area{};
 }
 
 void LightLayers::take(LightLayers& other) {

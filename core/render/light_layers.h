@@ -24,11 +24,20 @@ class LightLayers {
   /// Adds light at a raster point inside the picture. (x, y) in pixels.
   void add(double x, double y, int layer, const std::array<float, 3>& light);
 
-  /// Adds `factor` times a layer's channel to `plane`, one element a cell, the picture's corner at
-  /// the plane's. Lines outside what light fell on are left alone.
-  void add_to(ImageView<float> plane, int layer, int channel, float factor) const;
-  /// Whether any light fell on the layer.
-  bool has(int layer) const;
+  /// A rectangle of cells.
+  struct Area {
+    int left = 0;
+    int top = 0;
+    int right = 0;   // past the last
+    int bottom = 0;  // past the last
+  };
+
+  /// Adds `factor` times a layer's channel to `plane`, one element a cell; the plane's corner lies
+  /// at cell (left, top), and what lies outside it is left out.
+  void add_to(ImageView<float> plane, int left, int top, int layer, int channel,
+              float factor) const;
+  /// Where a layer has light, in whole tiles; empty if nowhere.
+  Area area(int layer) const;
 
   /// Joins another's light, of the same shape, and leaves that one dark.
   void take(LightLayers& other);

@@ -77,7 +77,10 @@ int WaveSpreader::cells_for(double q, int width, int height) {
 
 WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, const Frame& frame,
                            double tolerance, const RunControl& run)
-    : optics_(optics), frame_(frame), halo_(optics.halo_px()) {
+    : optics_(optics),
+      frame_(frame),
+      defocuses_(nodes.defocuses().begin(), nodes.defocuses().end()),
+      halo_(optics.halo_px()) {
   const double reach = near_reach(optics, nodes.defocuses());
   const auto padded = [&](int side) {
     const double least = std::max(side + 2.0 * frame.guard, side + frame.guard + reach);
@@ -111,16 +114,61 @@ WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, co
   }
 }
 
-// Sums one channel of some layers, term by term, as spectra.
+// Cells of the surveyed frame that a transform works on; light outside stays dark.
+struct WaveSpreader::Region {
+  int left = 0;
+  int top = 0;
+  int width = 0;
+  int height = 0;
+  double size() const { return static_cast<double>(width) * height; }
+};
+
+void WaveSpreader::add_light(const LightSum& light, const Region& region, int layer, int channel,
+                             ImageView<float> plane) {
+  light.first.add_to(plane, region.left, region.top, layer, channel, light.first_factor);
+  if (light.second == nullptr) return;
+  light.second->add_to(plane, region.left, region.top, layer, channel, light.second_factor);
+}
+
+WaveSpreader::Region WaveSpreader::whole() const {
+  return {.width = plane_width_, .height = plane_height_};
+}
+
+// Where a layer's light falls with all that its point spread reaches, or all of the frame where
+// that takes no more time.
+WaveSpreader::Region WaveSpreader::region(const LightSum& light, int layer) const {
+  LightLayers::Area area = light.first.area(layer);
+  if (light.second != nullptr) {
+    const LightLayers::Area more = light.second->area(layer);
+    if (area.right == 0) {
+      area = more;
+    } else if (more.right > 0) {
+      area = {std::min(area.left, more.left), std::min(area.top, more.top),
+              std::max(area.right, more.right), std::max(area.bottom, more.bottom)};
+    }
+  }
+  if (area.right == 0) return {};
+  const std::array<double, 1> defocus = {defocuses_[static_cast<std::size_t>(layer)]};
+  const int reach = static_cast<int>(std::ceil(near_reach(optics_, defocus))) * frame_.cells;
+  const Region local{.left = area.left - reach,
+                     .top = area.top - reach,
+                     .width = fast_transform_length(area.right - area.left + 2 * reach),
+                     .height = fast_transform_length(area.bottom - area.top + 2 * reach)};
+  // A region is transformed back by itself, and its rows are added once more.
+  return 2.5 * local.size() < plane_size() ? local : whole();
+}
+
+// Sums one channel of some layers, term by term, as spectra of a region.
 class WaveSpreader::ChannelSum {
  public:
-  ChannelSum(const WaveSpreader& owner, int channel, Wanted wanted)
-      : waves(owner.plane_width_, owner.plane_height_),
-        discs(wanted.discs ? owner.plane_width_ : 2, wanted.discs ? owner.plane_height_ : 2),
+  ChannelSum(const WaveSpreader& owner, int channel, Wanted wanted, const Region& region)
+      : waves(region.width, region.height),
+        discs(wanted.discs ? region.width : 2, wanted.discs ? region.height : 2),
         owner_(owner),
         channel_(channel),
         wanted_(wanted),
-        sharp_(owner.plane_width_, owner.plane_height_) {}
+        region_(region),
+        sharp_(region.width, region.height) {}
 
   void add_layer(const LightSum& light, int layer) {
     const WaveTransfer& transfer = owner_.transfers_[static_cast<std::size_t>(layer)];
@@ -139,10 +187,7 @@ class WaveSpreader::ChannelSum {
   void add_term(const LightSum& light, int layer, std::size_t term, bool sine) {
     const WaveTransfer& transfer = owner_.transfers_[static_cast<std::size_t>(layer)];
     sharp_.clear();
-    light.first.add_to(sharp_.view(), layer, channel_, light.first_factor);
-    if (light.second != nullptr) {
-      light.second->add_to(sharp_.view(), layer, channel_, light.second_factor);
-    }
+    add_light(light, region_, layer, channel_, sharp_.view());
     const FieldTerm& field = transfer.terms[term];
     if (field != FieldTerm{}) weigh_by_field(field, sine);
     sharp_.transform();
@@ -170,7 +215,7 @@ class WaveSpreader::ChannelSum {
     return owner_.disc_radius_px_[static_cast<std::size_t>(layer)] * owner_.optics_.pixel_pitch();
   }
   double highest_frequency() const {
-    return 0.5 * std::hypot(per_column() * owner_.plane_width_, per_row() * owner_.plane_height_);
+    return 0.5 * std::hypot(per_column() * region_.width, per_row() * region_.height);
   }
 
   void add_polygon(const WaveTransfer& transfer, int layer) {
@@ -195,10 +240,10 @@ class WaveSpreader::ChannelSum {
 
   // Frequencies, cycles per metre, of neighbouring columns and rows of the spectrum.
   double per_column() const {
-    return owner_.frame_.cells / (owner_.plane_width_ * owner_.optics_.pixel_pitch());
+    return owner_.frame_.cells / (region_.width * owner_.optics_.pixel_pitch());
   }
   double per_row() const {
-    return owner_.frame_.cells / (owner_.plane_height_ * owner_.optics_.pixel_pitch());
+    return owner_.frame_.cells / (region_.height * owner_.optics_.pixel_pitch());
   }
 
   void add_radial(const RadialTable& table, SpectralPlane& sum) const {
@@ -235,12 +280,12 @@ class WaveSpreader::ChannelSum {
     const int height = (frame.height + 2 * frame.guard) * frame.cells;
     const double unit =
         owner_.optics_.pixel_pitch() / (owner_.optics_.image_distance() * frame.cells);
-    for (int row = 0; row < height; ++row) {
-      const double y = (row + 0.5 - 0.5 * height) * unit;
+    for (int row = 0; row < region_.height; ++row) {
+      const double y = (row + region_.top + 0.5 - 0.5 * height) * unit;
       float* line = sharp_.view().at(0, row);
-      for (int column = 0; column < width; ++column) {
+      for (int column = 0; column < region_.width; ++column) {
         if (line[column] == 0.0F) continue;
-        const std::complex<double> place((column + 0.5 - 0.5 * width) * unit, y);
+        const std::complex<double> place((column + region_.left + 0.5 - 0.5 * width) * unit, y);
         const std::complex<double> square = place * place;
         std::complex<double> power = 1.0;
         for (int k = 0; k < field.harmonic; ++k) power *= square;
@@ -254,7 +299,67 @@ class WaveSpreader::ChannelSum {
   const WaveSpreader& owner_;
   int channel_;
   Wanted wanted_;
+  Region region_;
   SpectralPlane sharp_;
+};
+
+// One channel of some layers: spectra of those all over the frame, and the sum of the others.
+class WaveSpreader::GroupSum {
+ public:
+  GroupSum(const WaveSpreader& owner, int channel, Wanted wanted)
+      : owner_(owner), channel_(channel), wanted_(wanted) {}
+
+  void add_layer(const LightSum& light, int layer) {
+    const Region region = owner_.region(light, layer);
+    if (region.width == 0) return;
+    if (region.size() == owner_.plane_size()) {
+      if (!wide_) {
+        wide_ = std::make_unique<ChannelSum>(owner_, channel_, wanted_, owner_.whole());
+      }
+      wide_->add_layer(light, layer);
+      return;
+    }
+    ChannelSum local(owner_, channel_, wanted_, region);
+    local.add_layer(light, layer);
+    place(local.waves, region, waves_);
+    if (wanted_.discs) place(local.discs, region, discs_);
+  }
+
+  // Adds the group's waves, or its discs, to `sum`.
+  void add_waves(SpectralPlane& sum) {
+    if (wide_) add_wide(wide_->waves, sum);
+    if (waves_) sum += *waves_;
+  }
+  void add_discs(SpectralPlane& sum) {
+    if (wide_) add_wide(wide_->discs, sum);
+    if (discs_) sum += *discs_;
+  }
+
+ private:
+  static void add_wide(SpectralPlane& spectrum, SpectralPlane& sum) {
+    spectrum.invert();
+    sum += spectrum;
+  }
+
+  void place(SpectralPlane& local, const Region& region, std::unique_ptr<SpectralPlane>& sum) {
+    local.invert();
+    if (!sum) sum = std::make_unique<SpectralPlane>(owner_.plane_width_, owner_.plane_height_);
+    const int from = std::max(0, -region.left);
+    const int to = std::min(region.width, owner_.plane_width_ - region.left);
+    for (int y = std::max(0, -region.top);
+         y < std::min(region.height, owner_.plane_height_ - region.top); ++y) {
+      const float* in = local.view().at(0, y);
+      float* out = sum->view().at(0, y + region.top);
+      for (int x = from; x < to; ++x) out[x + region.left] += in[x];
+    }
+  }
+
+  const WaveSpreader& owner_;
+  int channel_;
+  Wanted wanted_;
+  std::unique_ptr<ChannelSum> wide_ = {};
+  std::unique_ptr<SpectralPlane> waves_ = {};
+  std::unique_ptr<SpectralPlane> discs_ = {};
 };
 
 namespace {
@@ -292,34 +397,38 @@ SpreadLight WaveSpreader::spread(const LightSum& light, Wanted wanted,
                                  const RunControl& run) const {
   SpreadLight result{.waves = Image(frame_.width, frame_.height, 3)};
   if (wanted.discs) result.discs = Image(frame_.width, frame_.height, 3);
-  std::vector<std::unique_ptr<ChannelSum>> sums(3 * kGroups);
-  // Light is kept as sums over samples in a cell; the plane holds radiance: the same, since every
-  // cell has its share of the samples.
+  std::vector<GroupSum> groups;
+  for (int task = 0; task < 3 * kGroups; ++task) groups.emplace_back(*this, task / kGroups, wanted);
   parallel_for(run, 3 * kGroups, [&](int task) {
-    auto sum = std::make_unique<ChannelSum>(*this, task / kGroups, wanted);
     const int layers = static_cast<int>(transfers_.size()) - 1;
     for (int layer = task % kGroups; layer < layers; layer += kGroups) {
       if (run.stop.stop_requested()) return;
-      sum->add_layer(light, layer);
+      groups[static_cast<std::size_t>(task)].add_layer(light, layer);
     }
-    sums[static_cast<std::size_t>(task)] = std::move(sum);
   });
   throw_if_stopped(run);
-  parallel_for(run, 3, [&](int channel) {
-    ChannelSum& sum = *sums[static_cast<std::size_t>(channel * kGroups)];
-    for (int group = 1; group < kGroups; ++group) {
-      const ChannelSum& other = *sums[static_cast<std::size_t>(channel * kGroups + group)];
-      sum.waves += other.waves;
-      if (wanted.discs) sum.discs += other.discs;
+  // Waves, discs and halo of each channel apart: enough tasks for some threads.
+  Image halo(frame_.width, frame_.height, 3);
+  parallel_for(run, 9, [&](int task) {
+    const int channel = task % 3;
+    const auto joined = [&](void (GroupSum::*add)(SpectralPlane&), Image& image) {
+      SpectralPlane sum(plane_width_, plane_height_);
+      for (int group = 0; group < kGroups; ++group) {
+        (groups[static_cast<std::size_t>(channel * kGroups + group)].*add)(sum);
+      }
+      collect(sum, frame_, channel, image);
+    };
+    if (task < 3) {
+      joined(&GroupSum::add_waves, result.waves);
+    } else if (task < 6) {
+      add_halo(light, channel, halo);
+    } else if (wanted.discs) {
+      joined(&GroupSum::add_discs, result.discs);
     }
-    sum.waves.invert();
-    collect(sum.waves, frame_, channel, result.waves);
-    if (wanted.discs) {
-      sum.discs.invert();
-      collect(sum.discs, frame_, channel, result.discs);
-    }
-    add_halo(light, channel, result.waves);
   });
+  for (std::size_t i = 0; i < halo.pixels().size(); ++i) {
+    result.waves.pixels()[i] += halo.pixels()[i];
+  }
   return result;
 }
 
@@ -351,7 +460,7 @@ Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run)
 }
 
 // The far halo on a grid of a quarter of its radius, twice as wide as the light: nothing wraps.
-void WaveSpreader::add_halo(const LightSum& light, int channel, Image& waves) const {
+void WaveSpreader::add_halo(const LightSum& light, int channel, Image& halo) const {
   const int coarse = static_cast<int>(halo_radius_ / 4.0);  // pixels
   const int wide = frame_.width + 2 * frame_.guard;
   const int high = frame_.height + 2 * frame_.guard;
@@ -361,10 +470,8 @@ void WaveSpreader::add_halo(const LightSum& light, int channel, Image& waves) co
   {
     Image fine(wide * frame_.cells, high * frame_.cells, 1);
     for (int layer = 0; layer + 1 < static_cast<int>(transfers_.size()); ++layer) {
-      light.first.add_to(fine.view(), layer, channel, light.first_factor);
-      if (light.second != nullptr) {
-        light.second->add_to(fine.view(), layer, channel, light.second_factor);
-      }
+      add_light(light, Region{.width = fine.width(), .height = fine.height()}, layer, channel,
+                fine.view());
     }
     const int step = coarse * frame_.cells;
     const float share = 1.0F / static_cast<float>(frame_.cells * frame_.cells);
@@ -375,13 +482,13 @@ void WaveSpreader::add_halo(const LightSum& light, int channel, Image& waves) co
     }
   }
   SpectralPlane kernel(sum.width(), sum.height());
-  const double halo = halo_[static_cast<std::size_t>(channel)];
+  const double energy = halo_[static_cast<std::size_t>(channel)];
   for (int y = 0; y < kernel.height(); ++y) {
     for (int x = 0; x < kernel.width(); ++x) {
       const double dx = coarse * std::min(x, kernel.width() - x);
       const double dy = coarse * std::min(y, kernel.height() - y);
       const double square = dx * dx + dy * dy + halo_radius_ * halo_radius_;
-      *kernel.view().at(x, y) = static_cast<float>(halo / (kTau * square * std::sqrt(square)));
+      *kernel.view().at(x, y) = static_cast<float>(energy / (kTau * square * std::sqrt(square)));
     }
   }
   sum.transform();
@@ -398,7 +505,7 @@ void WaveSpreader::add_halo(const LightSum& light, int channel, Image& waves) co
       const auto at = [&](int a, int b) { return static_cast<double>(*sum.view().at(a, b)); };
       const double top = at(i, j) + (u - i) * (at(i + 1, j) - at(i, j));
       const double bottom = at(i, j + 1) + (u - i) * (at(i + 1, j + 1) - at(i, j + 1));
-      waves.at(x, y)[channel] += static_cast<float>(top + (v - j) * (bottom - top));
+      halo.at(x, y)[channel] = static_cast<float>(top + (v - j) * (bottom - top));
     }
   }
 }

@@ -62,24 +62,31 @@ class WaveSpreader {
   /// How far the point spread of the most defocused layer is from its geometric disc's.
   double disc_error() const noexcept { return disc_error_; }
   /// Elements of one transform.
-  double plane_size() const noexcept { return double(plane_width_) * plane_height_; }
+  double plane_size() const noexcept { return static_cast<double>(plane_width_) * plane_height_; }
 
   /// Cells along a pixel: more for point spreads that are narrow, fewer for large pictures.
   static int cells_for(double q, int width, int height);
 
  private:
+  struct Region;
   class ChannelSum;
+  class GroupSum;
   struct Wanted {
     bool discs = false;
     bool field = true;  // the terms beyond the first
   };
 
   SpreadLight spread(const LightSum& light, Wanted wanted, const RunControl& run) const;
+  Region whole() const;
+  Region region(const LightSum& light, int layer) const;
+  static void add_light(const LightSum& light, const Region& region, int layer, int channel,
+                        ImageView<float> plane);
 
-  void add_halo(const LightSum& light, int channel, Image& waves) const;
+  void add_halo(const LightSum& light, int channel, Image& halo) const;
 
   const WaveOptics& optics_;
   Frame frame_;
+  std::vector<double> defocuses_;  // by layer
   int plane_width_ = 0;
   int plane_height_ = 0;
   double halo_radius_ = 0.0;  // b, pixels
