@@ -24,11 +24,11 @@ struct Interval {
   double end = 0.0;
 };
 
-// Values with no gap of half a step between neighbours make one interval.
+// Values with no gap of a whole step between neighbours make one interval.
 std::vector<Interval> intervals_of(const std::vector<double>& sorted, double scale) {
   std::vector<Interval> intervals;
   for (const double value : sorted) {
-    if (!intervals.empty() && value - intervals.back().end <= 0.5 * scale * defocus_step(value)) {
+    if (!intervals.empty() && value - intervals.back().end <= scale * defocus_step(value)) {
       intervals.back().end = value;
     } else {
       intervals.push_back({value, value});

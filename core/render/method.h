@@ -49,6 +49,9 @@ struct EffectLoss {
   double transfer_loss = 0.0;
   std::string why = {};
   bool modelled = false;
+  double offset = 0.0;  // RMSE beside it, whatever the contrast: light lost or gained evenly
+
+  double rmse(double contrast) const { return transfer_loss * contrast + offset; }
 };
 
 struct ErrorBound {

@@ -27,7 +27,7 @@ std::string shortfall(const Quote& quote, double max_error) {
   if (quote.error.rmse <= kOmissionShare * max_error) return {};
   std::string reason;
   for (const EffectLoss& loss : quote.error.effects) {
-    if (loss.transfer_loss <= 0.0) continue;
+    if (loss.rmse(1.0) <= 0.0) continue;
     reason += (reason.empty() ? "" : " and ") +
               std::string(loss.modelled ? "models with an error " : "leaves out ") + loss.effect +
               " (" + loss.why + ")";
@@ -102,7 +102,7 @@ ModelledEffect modelled(std::string effect, std::string why) {
 
 double loss_rmse(std::span<const EffectLoss> effects, double contrast) {
   double rmse = 0.0;
-  for (const EffectLoss& effect : effects) rmse += effect.transfer_loss * contrast;
+  for (const EffectLoss& effect : effects) rmse += effect.rmse(contrast);
   return rmse;
 }
 
@@ -136,7 +136,7 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
   for (const EffectLoss& loss : effects) {
     model.push_back({.effect = loss.effect,
                      .modelled = loss.modelled,
-                     .bound = loss.transfer_loss * contrast,
+                     .bound = loss.rmse(contrast),
                      .why = loss.why});
   }
   if (shot.effects.diffraction == EffectChoice::off) {

@@ -87,6 +87,23 @@ TEST(Simulation, SamePixelsForAnyNumberOfThreads) {
   }
 }
 
+TEST(Simulation, WavesAreTheSamePixelsForAnyNumberOfThreads) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot(16.0);
+  spec.camera.sensor_width = 3.6_mm;  // pixels as small as diffraction
+  spec.camera.sensor_height = 2.4_mm;
+  spec.effects.diffraction = EffectChoice::on;
+  spec.outputs = {Output::color, Output::variance};
+  const Photograph one = photograph(spec, scene, 1);
+  EXPECT_EQ(one.report.method, "wave");
+  for (const int threads : {2, 4}) {
+    const Photograph many = photograph(spec, scene, threads);
+    EXPECT_TRUE(one.color == many.color) << threads << " threads";
+    EXPECT_TRUE(one.layers == many.layers) << threads << " threads";
+    EXPECT_EQ(one.report.error.upper_95, many.report.error.upper_95);
+  }
+}
+
 TEST(Simulation, AnotherSeedIsAnotherImageWithinItsVariance) {
   const RayScene scene(busy_scene());
   SimulationSpec spec = small_shot();

@@ -248,6 +248,15 @@ std::vector<EffectLoss> losses_of(const WaveOptics& optics, const WaveSurvey& su
   return losses;
 }
 
+double root_mean_square(const Image& image) {
+  double sum = 0.0;
+  for (const float value : image.pixels()) {
+    const double clipped = std::clamp(static_cast<double>(value), 0.0, 1.0);
+    sum += clipped * clipped;
+  }
+  return std::sqrt(sum / static_cast<double>(image.pixels().size()));
+}
+
 // Light that comes from beyond the guard: at distance x from the border a share 0.065 Q/(g + x) of
 // it, averaged in squares over the frame.
 double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double largest_disc_px) {
@@ -357,11 +366,12 @@ RenderOutcome Wave::render(const Shot& shot, double bias, const RunControl& run)
   }
   if (run.progress) run.progress(1.0);
   outcome.effects = losses_of(optics, survey, nodes, mask, light, facts.largest_blur_px, defocus);
-  const double border = border_loss(optics, survey, facts.largest_blur_px);
+  const double border =
+      border_loss(optics, survey, facts.largest_blur_px) * root_mean_square(outcome.color);
   outcome.effects->push_back(
       {.effect = "light from far outside the frame",
-       .transfer_loss = border,
-       .why = plain("diffracted from more than %.0f px beyond the border", double(survey.guard))});
+       .why = plain("diffracted from more than %.0f px beyond the border", double(survey.guard)),
+       .offset = border});
   return outcome;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/optics/circular_psf.h"
 #include "core/optics/oblique_pinhole.h"
+#include "core/optics/polygon_psf.h"
 #include "core/optics/quadrature.h"
 #include "core/optics/spectrum.h"
 #include "tests/physics/test_scenes.h"
@@ -183,6 +184,52 @@ TEST(WaveStar, DefocusedLensHasLommelsProfile) {
     EXPECT_NEAR(defocus_waves(psf.defocus()), waves, 1e-9);
     expect_agreement(compared(finished_exr(shot, scene), 1, place, 160.0, radial(psf, pitch)),
                      "lens, waves:", waves);
+  }
+}
+
+// Blades, in focus and out of it: the odd number tells the picture from its mirror image.
+TEST(WaveStar, BladedPupilHasItsStarburst) {
+  const double f_number = 16.0;
+  const double radius = 0.050 / f_number / 2.0;
+  const double z = image_distance(50.0_mm, 2.0_m).si();
+  for (const double waves : {0.0, 1.0, -0.8}) {
+    const double distance = 1.0 / (0.5 + waves * 2.0 * 550e-9 / (radius * radius));
+    const double pitch = 6e-6;
+    SimulationSpec shot = wave_shot(lens_shot(f_number, Length::si(pitch), 128, 128), 1024);
+    shot.quality.max_error = 0.005;
+    const Aperture blades{.blades = 5, .rotation = 0.3};
+    std::get<LensSpec>(shot.camera.optics).aperture = blades;
+    const StarPlace place{.x = 64.3, .y = 63.8, .side = 2.0};
+    const RayScene scene(glowing_scene({star(shot, place.x, place.y, place.side, distance)}));
+    const PolygonPupil pupil(blades);
+    const double defocus = 4.0 * std::numbers::pi * waves;
+    const double q_per_px = 2.0 * std::numbers::pi / 550e-9 * radius * pitch / z;
+    const auto density = [&](double dx, double dy) {
+      // The picture is upright: the sensor's own image is turned round.
+      const Vec2 q{-dx * q_per_px, -dy * q_per_px};
+      return pupil.energy_scale() * pupil.intensity(q, defocus) * q_per_px * q_per_px;
+    };
+    expect_agreement(compared(finished_exr(shot, scene), 1, place, 25.0, density, 2),
+                     "five blades, waves:", waves);
+  }
+}
+
+// Light from all over the frame and far beyond: what diffraction and blur take from a uniform wall
+// they give back, up to the frame's border.
+TEST(WaveStar, UniformWallStaysUniform) {
+  for (const double f_number : {4.0, 22.0, 64.0}) {
+    for (const int blades : {0, 6}) {
+      SimulationSpec shot = wave_shot(lens_shot(f_number, Length::si(20e-6), 96, 64), 16, false);
+      std::get<LensSpec>(shot.camera.optics).aperture.blades = blades;
+      const RayScene scene(glowing_scene({glowing_quad({-5, -5, -4}, {10, 0, 0}, {0, 10, 0})}));
+      const Image image = finished_exr(shot, scene);
+      const auto [low, high] = std::ranges::minmax_element(image.pixels());
+      std::printf("wall at f/%.0f, %d blades: %.5f to %.5f\n", f_number, blades, double{*low},
+                  double{*high});
+      // A pixel on the border lacks 0.065 Q/g of its light, g about 13 Q: 0.5 %; in a corner twice.
+      EXPECT_GT(*low, 0.988F);
+      EXPECT_LT(*high, 1.002F);
+    }
   }
 }
 
