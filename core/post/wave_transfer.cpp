@@ -97,7 +97,9 @@ ChannelValues transfer_at(const WaveTransferSpec& spec, const FrequencyGrid& gri
                           std::span<const SpectralSample> colours, double t, double psi) {
   ChannelValues values;
   for (auto& channel : values) channel.resize(static_cast<std::size_t>(grid.count));
-  for (const SpectralSample& colour : colours) add_colour(spec, grid, colour, t, psi, values);
+  for (const SpectralSample& colour : colours) {
+    if (!spec.stop.stop_requested()) add_colour(spec, grid, colour, t, psi, values);
+  }
   return values;
 }
 
@@ -325,7 +327,7 @@ void add_polygon(const WaveTransferSpec& spec, double largest_defocus, double sh
     transfer.polygon.emplace_back(spec.aperture, step, count, [&](Vec2 nu) {
       std::complex<double> sum = 0.0;
       for (const Colour& colour : colours) {
-        if (colour.weight[c] <= 1e-6) continue;
+        if (colour.weight[c] <= 1e-6 || spec.stop.stop_requested()) continue;
         const double s = colour.per_frequency;
         sum += colour.weight[c] * std::conj(colour.otf({nu.x * s, nu.y * s}));
       }

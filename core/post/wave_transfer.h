@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <stop_token>
 #include <vector>
 
 #include "core/optics/diffraction.h"
@@ -76,6 +77,7 @@ struct WaveTransferSpec {
   double highest_frequency = 0.0;  // cycles per metre of the picture that will be asked for
   double field_limit = 0.0;        // the largest t; 0 for a lens
   double tolerance = 0.001;        // of H: for wavelengths and field terms
+  std::stop_token stop = {};       // once stopped, the rest comes out wrong but soon
 };
 
 /// The transfer tables of a pupil: Hopkins' integral at every wavelength, summed on a fixed

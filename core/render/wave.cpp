@@ -257,6 +257,17 @@ double root_mean_square(const Image& image) {
   return std::sqrt(sum / static_cast<double>(image.pixels().size()));
 }
 
+// Films, layers and transforms of a picture this large, all at once.
+std::string memory_refusal(const Shot& shot) {
+  constexpr double kBytesPerPixel = 300.0;  // of a picture so large that a cell is a pixel
+  constexpr double kMostGigabytes = 8.0;
+  const double gigabytes =
+      kBytesPerPixel * shot.sensor.width * static_cast<double>(shot.sensor.height) / 1e9;
+  if (gigabytes <= kMostGigabytes) return {};
+  return plain("needs about %.0f GB of memory for a picture of this size; at most %.0f are taken",
+               gigabytes, kMostGigabytes);
+}
+
 // Light that comes from beyond the guard: at distance x from the border a share 0.065 Q/(g + x) of
 // it, averaged in squares over the frame.
 double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double largest_disc_px) {
@@ -276,6 +287,7 @@ Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
   }
   const WaveOptics optics(shot);
   quote.refusal = optics.refusal();
+  if (quote.refusal.empty()) quote.refusal = memory_refusal(shot);
   if (!quote.refusal.empty()) return quote;
   const double tolerance = transfer_tolerance(shot.quality);
   const bool defocus = shot.effects.defocus != EffectChoice::off;

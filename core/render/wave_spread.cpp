@@ -6,6 +6,7 @@
 #include <memory>
 #include <numbers>
 #include <span>
+#include <stop_token>
 
 #include "core/optics/bessel.h"
 #include "core/optics/polygon_psf.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr double kTau = 2.0 * std::numbers::pi;
 constexpr int kGroups = 2;  // of layers, each summed by a thread of its own
 constexpr double kMostPlane = 8e6;
+constexpr double kLargePlane = 1.2e7;  // elements
 
 // Margin beyond the frame that the point spread without its far halo needs.
 double near_reach(const WaveOptics& optics, std::span<const double> defocuses) {
@@ -101,8 +103,10 @@ WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, co
                                    .scale = optics.scale(),
                                    .highest_frequency = nyquist * std::numbers::sqrt2,
                                    .field_limit = k < layers ? field_limit(optics, frame) : 0.0,
-                                   .tolerance = tolerance});
+                                   .tolerance = tolerance,
+                                   .stop = run.stop});
   });
+  throw_if_stopped(run);
   for (std::size_t k = 0; k < layers; ++k) {
     const WaveTransfer& transfer = transfers_[k];
     transfer_error_ = std::max(transfer_error_, transfer.spectral_error + transfer.field_error);
@@ -170,13 +174,14 @@ class WaveSpreader::ChannelSum {
         region_(region),
         sharp_(region.width, region.height) {}
 
-  void add_layer(const LightSum& light, int layer) {
+  void add_layer(const LightSum& light, int layer, const std::stop_token& stop) {
     const WaveTransfer& transfer = owner_.transfers_[static_cast<std::size_t>(layer)];
     const std::size_t count = wanted_.field ? transfer.terms.size() : 1;
     for (std::size_t term = 0; term < count; ++term) {
       const int harmonic = transfer.terms[term].harmonic;
-      add_term(light, layer, term, false);
-      if (harmonic > 0) add_term(light, layer, term, true);
+      if (stop.stop_requested()) return;
+      add_term(light, layer, term, false, stop);
+      if (harmonic > 0) add_term(light, layer, term, true, stop);
     }
   }
 
@@ -184,13 +189,16 @@ class WaveSpreader::ChannelSum {
   SpectralPlane discs;
 
  private:
-  void add_term(const LightSum& light, int layer, std::size_t term, bool sine) {
+  void add_term(const LightSum& light, int layer, std::size_t term, bool sine,
+                const std::stop_token& stop) {
     const WaveTransfer& transfer = owner_.transfers_[static_cast<std::size_t>(layer)];
     sharp_.clear();
     add_light(light, region_, layer, channel_, sharp_.view());
     const FieldTerm& field = transfer.terms[term];
     if (field != FieldTerm{}) weigh_by_field(field, sine);
+    if (stop.stop_requested()) return;
     sharp_.transform();
+    if (stop.stop_requested()) return;
     if (!transfer.polygon.empty()) {
       add_polygon(transfer, layer);
       return;
@@ -309,18 +317,19 @@ class WaveSpreader::GroupSum {
   GroupSum(const WaveSpreader& owner, int channel, Wanted wanted)
       : owner_(owner), channel_(channel), wanted_(wanted) {}
 
-  void add_layer(const LightSum& light, int layer) {
+  void add_layer(const LightSum& light, int layer, const std::stop_token& stop) {
     const Region region = owner_.region(light, layer);
     if (region.width == 0) return;
     if (region.size() == owner_.plane_size()) {
       if (!wide_) {
         wide_ = std::make_unique<ChannelSum>(owner_, channel_, wanted_, owner_.whole());
       }
-      wide_->add_layer(light, layer);
+      wide_->add_layer(light, layer, stop);
       return;
     }
     ChannelSum local(owner_, channel_, wanted_, region);
-    local.add_layer(light, layer);
+    local.add_layer(light, layer, stop);
+    if (stop.stop_requested()) return;
     place(local.waves, region, waves_);
     if (wanted_.discs) place(local.discs, region, discs_);
   }
@@ -397,39 +406,57 @@ SpreadLight WaveSpreader::spread(const LightSum& light, Wanted wanted,
                                  const RunControl& run) const {
   SpreadLight result{.waves = Image(frame_.width, frame_.height, 3)};
   if (wanted.discs) result.discs = Image(frame_.width, frame_.height, 3);
+  // Large planes one channel after another: their memory is what limits a picture.
+  const bool one_by_one = plane_size() > kLargePlane;
+  const int channels_at_once = one_by_one ? 1 : 3;
+  for (int channel = 0; channel < 3; channel += channels_at_once) {
+    spread_channels(light, wanted, channel, channels_at_once, result, run);
+  }
+  return result;
+}
+
+void WaveSpreader::spread_channels(const LightSum& light, Wanted wanted, int first, int count,
+                                   SpreadLight& result, const RunControl& run) const {
   std::vector<GroupSum> groups;
-  for (int task = 0; task < 3 * kGroups; ++task) groups.emplace_back(*this, task / kGroups, wanted);
-  parallel_for(run, 3 * kGroups, [&](int task) {
+  for (int task = 0; task < count * kGroups; ++task) {
+    groups.emplace_back(*this, first + task / kGroups, wanted);
+  }
+  parallel_for(run, count * kGroups, [&](int task) {
     const int layers = static_cast<int>(transfers_.size()) - 1;
     for (int layer = task % kGroups; layer < layers; layer += kGroups) {
       if (run.stop.stop_requested()) return;
-      groups[static_cast<std::size_t>(task)].add_layer(light, layer);
+      groups[static_cast<std::size_t>(task)].add_layer(light, layer, run.stop);
     }
   });
   throw_if_stopped(run);
   // Waves, discs and halo of each channel apart: enough tasks for some threads.
-  Image halo(frame_.width, frame_.height, 3);
-  parallel_for(run, 9, [&](int task) {
-    const int channel = task % 3;
+  Image halo(frame_.width, frame_.height, count);
+  parallel_for(run, 3 * count, [&](int task) {
+    const int own = task % count;  // of the channels at work
+    const int channel = first + own;
     const auto joined = [&](void (GroupSum::*add)(SpectralPlane&), Image& image) {
       SpectralPlane sum(plane_width_, plane_height_);
       for (int group = 0; group < kGroups; ++group) {
-        (groups[static_cast<std::size_t>(channel * kGroups + group)].*add)(sum);
+        (groups[static_cast<std::size_t>(own * kGroups + group)].*add)(sum);
       }
       collect(sum, frame_, channel, image);
     };
-    if (task < 3) {
+    if (task < count) {
       joined(&GroupSum::add_waves, result.waves);
-    } else if (task < 6) {
-      add_halo(light, channel, halo);
+    } else if (task < 2 * count) {
+      add_halo(light, channel, own, halo);
     } else if (wanted.discs) {
       joined(&GroupSum::add_discs, result.discs);
     }
   });
-  for (std::size_t i = 0; i < halo.pixels().size(); ++i) {
-    result.waves.pixels()[i] += halo.pixels()[i];
+  throw_if_stopped(run);
+  for (int y = 0; y < frame_.height; ++y) {
+    for (int x = 0; x < frame_.width; ++x) {
+      for (int own = 0; own < count; ++own) {
+        result.waves.at(x, y)[first + own] += halo.at(x, y)[own];
+      }
+    }
   }
-  return result;
 }
 
 Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run) const {
@@ -460,7 +487,7 @@ Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run)
 }
 
 // The far halo on a grid of a quarter of its radius, twice as wide as the light: nothing wraps.
-void WaveSpreader::add_halo(const LightSum& light, int channel, Image& halo) const {
+void WaveSpreader::add_halo(const LightSum& light, int channel, int own, Image& halo) const {
   const int coarse = static_cast<int>(halo_radius_ / 4.0);  // pixels
   const int wide = frame_.width + 2 * frame_.guard;
   const int high = frame_.height + 2 * frame_.guard;
@@ -505,7 +532,7 @@ void WaveSpreader::add_halo(const LightSum& light, int channel, Image& halo) con
       const auto at = [&](int a, int b) { return static_cast<double>(*sum.view().at(a, b)); };
       const double top = at(i, j) + (u - i) * (at(i + 1, j) - at(i, j));
       const double bottom = at(i, j + 1) + (u - i) * (at(i + 1, j + 1) - at(i, j + 1));
-      halo.at(x, y)[channel] = static_cast<float>(top + (v - j) * (bottom - top));
+      halo.at(x, y)[own] = static_cast<float>(top + (v - j) * (bottom - top));
     }
   }
 }

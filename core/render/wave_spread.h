@@ -77,12 +77,14 @@ class WaveSpreader {
   };
 
   SpreadLight spread(const LightSum& light, Wanted wanted, const RunControl& run) const;
+  void spread_channels(const LightSum& light, Wanted wanted, int first, int count,
+                       SpreadLight& result, const RunControl& run) const;
   Region whole() const;
   Region region(const LightSum& light, int layer) const;
   static void add_light(const LightSum& light, const Region& region, int layer, int channel,
                         ImageView<float> plane);
 
-  void add_halo(const LightSum& light, int channel, Image& halo) const;
+  void add_halo(const LightSum& light, int channel, int own, Image& halo) const;
 
   const WaveOptics& optics_;
   Frame frame_;

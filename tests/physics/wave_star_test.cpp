@@ -160,11 +160,11 @@ TEST(WaveStar, ObliquePinholeIsAstigmatic) {
   const ObliquePinholePsf psf(pinhole_pupil(0.35_mm, 50.0_mm, Length::si(kStarDistance)), 550.0_nm,
                               exact_angle, Length::si(80.0 * pitch));
   const Comparison c = compared(
-      finished_exr(shot, scene), 1, place, 40.0,
+      finished_exr(shot, scene), 1, place, 30.0,
       [&](double dx, double dy) {
         return psf.density(Length::si(dx * pitch), Length::si(dy * pitch)).si() * pitch * pitch;
       },
-      2);  // the point spread is 12 pixels wide: 2 points err by under 0.1 %
+      3);  // the point spread is 12 pixels wide
   expect_agreement(c, "degrees off axis:", 20.0);
 }
 
@@ -209,7 +209,7 @@ TEST(WaveStar, BladedPupilHasItsStarburst) {
       const Vec2 q{-dx * q_per_px, -dy * q_per_px};
       return pupil.energy_scale() * pupil.intensity(q, defocus) * q_per_px * q_per_px;
     };
-    expect_agreement(compared(finished_exr(shot, scene), 1, place, 25.0, density, 2),
+    expect_agreement(compared(finished_exr(shot, scene), 1, place, 25.0, density, 3),
                      "five blades, waves:", waves);
   }
 }
