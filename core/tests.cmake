@@ -43,7 +43,8 @@ fstop_test(point_spread_test LABEL unit
            LINK fstop_post fstop_oracle)
 
 fstop_test(spectral_test LABEL unit
-           SOURCES post/spectral_plane_test.cpp post/wave_transfer_test.cpp
+           SOURCES post/far_halo_test.cpp post/spectral_plane_test.cpp
+                   post/wave_transfer_test.cpp
            LINK fstop_post)
 
 fstop_test(study_test LABEL unit SOURCES study/pinhole_theory_test.cpp LINK fstop_study)

@@ -8,8 +8,9 @@
 #include <span>
 #include <stop_token>
 
-#include "core/optics/bessel.h"
 #include "core/optics/polygon_psf.h"
+#include "core/post/far_halo.h"
+#include "core/post/table_product.h"
 
 namespace fstop {
 namespace {
@@ -32,40 +33,6 @@ double field_limit(const WaveOptics& optics, const WaveSpreader::Frame& frame) {
   const double reach = 0.5 * optics.pixel_pitch() / optics.image_distance();
   return std::pow(reach * (frame.width + 2 * frame.guard), 2) +
          std::pow(reach * (frame.height + 2 * frame.guard), 2);
-}
-
-// Adds `sharp` times a table's values; dx, dy: cycles per metre between columns and rows.
-void add_radial(const RadialTable& table, double column_step, double row_step,
-                const SpectralPlane& sharp, SpectralPlane& sum) {
-  const auto dx = static_cast<float>(column_step);
-  const auto dy = static_cast<float>(row_step);
-  sum.add_product(sharp, [&](int row, std::span<float> g) {
-    const float y = dy * static_cast<float>(row);
-    for (std::size_t i = 0; i < g.size(); ++i) {
-      const float x = dx * static_cast<float>(i);
-      g[i] = table(std::sqrt(x * x + y * y));
-    }
-  });
-}
-
-void add_polar(const PolarTable& table, double column_step, double row_step,
-               const SpectralPlane& sharp, SpectralPlane& sum) {
-  const auto dx = static_cast<float>(column_step);
-  const auto dy = static_cast<float>(row_step);
-  sum.add_complex_product(sharp, [&](int row, std::span<std::complex<float>> g) {
-    const float y = dy * static_cast<float>(row);
-    for (std::size_t i = 0; i < g.size(); ++i) g[i] = table(dx * static_cast<float>(i), y);
-  });
-}
-
-// A table of jinc(2 pi nu R), as fine as the waves': linear interpolation errs by 3e-5.
-RadialTable disc_table(double radius, double highest_frequency) {
-  const double step = std::min(0.02 / (kTau * std::abs(radius)), highest_frequency / 64.0);
-  std::vector<float> values(static_cast<std::size_t>(highest_frequency / step) + 3);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = static_cast<float>(jinc(kTau * radius * step * static_cast<double>(i)));
-  }
-  return {step, std::move(values)};
 }
 
 }  // namespace
@@ -223,7 +190,8 @@ class WaveSpreader::ChannelSum {
     return owner_.disc_radius_px_[static_cast<std::size_t>(layer)] * owner_.optics_.pixel_pitch();
   }
   double highest_frequency() const {
-    return 0.5 * std::hypot(per_column() * region_.width, per_row() * region_.height);
+    return 0.5 * std::hypot(frequency_steps().column * region_.width,
+                            frequency_steps().row * region_.height);
   }
 
   void add_polygon(const WaveTransfer& transfer, int layer) {
@@ -243,42 +211,20 @@ class WaveSpreader::ChannelSum {
   }
 
   void add_polar(const PolarTable& table, SpectralPlane& sum) const {
-    fstop::add_polar(table, per_column(), per_row(), sharp_, sum);
+    fstop::add_polar(table, frequency_steps(), sharp_, sum);
   }
 
-  // Frequencies, cycles per metre, of neighbouring columns and rows of the spectrum.
-  double per_column() const {
-    return owner_.frame_.cells / (region_.width * owner_.optics_.pixel_pitch());
-  }
-  double per_row() const {
-    return owner_.frame_.cells / (region_.height * owner_.optics_.pixel_pitch());
+  FrequencySteps frequency_steps() const {
+    const double cell = owner_.optics_.pixel_pitch() / owner_.frame_.cells;
+    return {.column = 1.0 / (region_.width * cell), .row = 1.0 / (region_.height * cell)};
   }
 
   void add_radial(const RadialTable& table, SpectralPlane& sum) const {
-    fstop::add_radial(table, per_column(), per_row(), sharp_, sum);
+    fstop::add_radial(table, frequency_steps(), sharp_, sum);
   }
 
   void add_harmonic(const RadialTable& table, int harmonic, bool sine) {
-    const auto dx = static_cast<float>(per_column());
-    const auto dy = static_cast<float>(per_row());
-    waves.add_product(sharp_, [&](int row, std::span<float> g) {
-      const float y = dy * static_cast<float>(row);
-      for (std::size_t i = 0; i < g.size(); ++i) {
-        const float x = dx * static_cast<float>(i);
-        const float frequency = std::sqrt(x * x + y * y);
-        const float value = table(frequency);
-        if (value == 0.0F || frequency == 0.0F) {
-          g[i] = 0.0F;
-          continue;
-        }
-        // cos and sin of 2 m psi by multiplying out (cos psi + i sin psi)^2.
-        const std::complex<float> unit(x / frequency, y / frequency);
-        const std::complex<float> turn = unit * unit;
-        std::complex<float> power = 1.0F;
-        for (int k = 0; k < harmonic; ++k) power *= turn;
-        g[i] = value * (sine ? power.imag() : power.real());
-      }
-    });
+    fstop::add_harmonic(table, {.order = harmonic, .sine = sine}, frequency_steps(), sharp_, waves);
   }
 
   // t^power cos or sin of 2 m phi at every cell: polynomials in the field position.
@@ -464,8 +410,8 @@ Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run)
   const int margin = static_cast<int>(near_reach(optics_, {}));
   const int width = fast_transform_length(frame_.width + margin);
   const int height = fast_transform_length(frame_.height + margin);
-  const double column_step = 1.0 / (width * optics_.pixel_pitch());
-  const double row_step = 1.0 / (height * optics_.pixel_pitch());
+  const FrequencySteps steps{.column = 1.0 / (width * optics_.pixel_pitch()),
+                             .row = 1.0 / (height * optics_.pixel_pitch())};
   const WaveTransfer& focus = transfers_.back();
   parallel_for(run, 3, [&](int channel) {
     SpectralPlane sharp(width, height);
@@ -476,9 +422,9 @@ Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run)
     SpectralPlane sum(width, height);
     const auto c = static_cast<std::size_t>(channel);
     if (focus.polygon.empty()) {
-      add_radial(focus.tables[0][c], column_step, row_step, sharp, sum);
+      add_radial(focus.tables[0][c], steps, sharp, sum);
     } else {
-      add_polar(focus.polygon[c], column_step, row_step, sharp, sum);
+      add_polar(focus.polygon[c], steps, sharp, sum);
     }
     sum.invert();
     collect(sum, {.width = frame_.width, .height = frame_.height}, channel, result);
@@ -486,53 +432,17 @@ Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run)
   return result;
 }
 
-// The far halo on a grid of a quarter of its radius, twice as wide as the light: nothing wraps.
 void WaveSpreader::add_halo(const LightSum& light, int channel, int own, Image& halo) const {
-  const int coarse = static_cast<int>(halo_radius_ / 4.0);  // pixels
-  const int wide = frame_.width + 2 * frame_.guard;
-  const int high = frame_.height + 2 * frame_.guard;
-  const int columns = (wide + coarse - 1) / coarse;
-  const int rows = (high + coarse - 1) / coarse;
-  SpectralPlane sum(fast_transform_length(2 * columns), fast_transform_length(2 * rows));
-  {
-    Image fine(wide * frame_.cells, high * frame_.cells, 1);
-    for (int layer = 0; layer + 1 < static_cast<int>(transfers_.size()); ++layer) {
-      add_light(light, Region{.width = fine.width(), .height = fine.height()}, layer, channel,
-                fine.view());
-    }
-    const int step = coarse * frame_.cells;
-    const float share = 1.0F / static_cast<float>(frame_.cells * frame_.cells);
-    for (int y = 0; y < fine.height(); ++y) {
-      for (int x = 0; x < fine.width(); ++x) {
-        *sum.view().at(x / step, y / step) += share * *fine.at(x, y);
-      }
-    }
+  Image fine((frame_.width + 2 * frame_.guard) * frame_.cells,
+             (frame_.height + 2 * frame_.guard) * frame_.cells, 1);
+  for (int layer = 0; layer + 1 < static_cast<int>(transfers_.size()); ++layer) {
+    add_light(light, Region{.width = fine.width(), .height = fine.height()}, layer, channel,
+              fine.view());
   }
-  SpectralPlane kernel(sum.width(), sum.height());
-  const double energy = halo_[static_cast<std::size_t>(channel)];
-  for (int y = 0; y < kernel.height(); ++y) {
-    for (int x = 0; x < kernel.width(); ++x) {
-      const double dx = coarse * std::min(x, kernel.width() - x);
-      const double dy = coarse * std::min(y, kernel.height() - y);
-      const double square = dx * dx + dy * dy + halo_radius_ * halo_radius_;
-      *kernel.view().at(x, y) = static_cast<float>(energy / (kTau * square * std::sqrt(square)));
-    }
-  }
-  sum.transform();
-  kernel.transform();
-  sum *= kernel;
-  sum.invert();
+  const FarHalo spread(fine, frame_.cells, halo_[static_cast<std::size_t>(channel)], halo_radius_);
   for (int y = 0; y < frame_.height; ++y) {
-    // Coarse centres lie at (i + 1/2) coarse pixels.
-    const double v = (y + frame_.guard + 0.5) / coarse - 0.5;
-    const int j = std::clamp(static_cast<int>(std::floor(v)), 0, sum.height() - 2);
     for (int x = 0; x < frame_.width; ++x) {
-      const double u = (x + frame_.guard + 0.5) / coarse - 0.5;
-      const int i = std::clamp(static_cast<int>(std::floor(u)), 0, sum.width() - 2);
-      const auto at = [&](int a, int b) { return static_cast<double>(*sum.view().at(a, b)); };
-      const double top = at(i, j) + (u - i) * (at(i + 1, j) - at(i, j));
-      const double bottom = at(i, j + 1) + (u - i) * (at(i + 1, j + 1) - at(i, j + 1));
-      halo.at(x, y)[own] = static_cast<float>(top + (v - j) * (bottom - top));
+      halo.at(x, y)[own] = spread.at(x + frame_.guard + 0.5, y + frame_.guard + 0.5);
     }
   }
 }
