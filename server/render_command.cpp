@@ -36,6 +36,11 @@ std::optional<ImageFormat> format_of_name(const fs::path& file) {
   for (const auto& [extension, format] : kExtensions) {
     if (file.extension() == extension) return format;
   }
+  if (!file.extension().empty()) {
+    throw Error(
+        ErrorCode::unsupported,
+        "--out must end in .png, .jpg, .webp, .tif or .exr, not in " + file.extension().string());
+  }
   return std::nullopt;
 }
 

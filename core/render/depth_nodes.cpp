@@ -10,15 +10,6 @@ constexpr double kStep = 1.5;
 constexpr double kGrowth = 0.19;
 constexpr double kKnee = 15.72;  // where 0.19 U^(3/4) passes 1.5
 
-// The inverse of defocus_steps.
-double defocus_after(double steps) {
-  const double n = std::abs(steps);
-  const double u = n <= kKnee / kStep
-                       ? n * kStep
-                       : std::pow(std::pow(kKnee, 0.25) + (n - kKnee / kStep) * kGrowth / 4.0, 4.0);
-  return std::copysign(u, steps);
-}
-
 struct Interval {
   double begin = 0.0;
   double end = 0.0;
@@ -49,6 +40,14 @@ double defocus_steps(double defocus) noexcept {
       u <= kKnee ? u / kStep
                  : kKnee / kStep + 4.0 / kGrowth * (std::pow(u, 0.25) - std::pow(kKnee, 0.25));
   return std::copysign(steps, defocus);
+}
+
+double defocus_after(double steps) noexcept {
+  const double n = std::abs(steps);
+  const double u = n <= kKnee / kStep
+                       ? n * kStep
+                       : std::pow(std::pow(kKnee, 0.25) + (n - kKnee / kStep) * kGrowth / 4.0, 4.0);
+  return std::copysign(u, steps);
 }
 
 DepthNodes::DepthNodes(std::vector<double> values, double tolerance, int most, double largest)
@@ -82,6 +81,12 @@ DepthNodes::DepthNodes(std::vector<double> values, double tolerance, int most, d
       greatest_ = nodes_.back();
     }
   }
+}
+
+bool DepthNodes::interpolates() const noexcept { return std::ranges::count(joined_, char{1}) > 0; }
+
+double DepthNodes::reach() const noexcept {
+  return std::min(std::abs(least_), std::abs(greatest_));
 }
 
 DepthNodes::Place DepthNodes::place(double defocus) const noexcept {

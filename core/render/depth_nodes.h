@@ -28,6 +28,10 @@ class DepthNodes {
   DepthNodes(std::vector<double> values, double tolerance, int most, double largest);
 
   std::span<const double> defocuses() const noexcept { return nodes_; }
+  /// Whether light lies between nodes.
+  bool interpolates() const noexcept;
+  /// The least |U| beyond which light belongs to no node.
+  double reach() const noexcept;
   /// Values outside the nodes go to the nearest, except those that lie beyond nodes left out.
   Place place(double defocus) const noexcept;
   Place nearest(double defocus) const noexcept;
@@ -45,5 +49,7 @@ double defocus_step(double defocus) noexcept;
 
 /// How many such steps lead from 0 to U; the sign is that of U.
 double defocus_steps(double defocus) noexcept;
+/// The inverse of defocus_steps.
+double defocus_after(double steps) noexcept;
 
 }  // namespace fstop

@@ -6,7 +6,7 @@ namespace fstop {
 
 Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.diffraction == EffectChoice::on) {
-    return {.refusal = "traces rays: diffraction is not modelled"};
+    return {.refusal = "traces rays, which show no diffraction: wave does"};
   }
   if (shot.effects.defocus == EffectChoice::off) {
     return {.refusal = "samples the pupil, and defocus is switched off"};

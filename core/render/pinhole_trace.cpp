@@ -16,7 +16,7 @@ double defocus_loss(double blur_px) { return std::min(0.17 * blur_px * blur_px, 
 
 Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.diffraction == EffectChoice::on) {
-    return {.refusal = "traces rays: diffraction is not modelled"};
+    return {.refusal = "traces rays, which show no diffraction: wave does"};
   }
   if (shot.effects.defocus == EffectChoice::on) {
     return {.refusal = "has no pupil, and defocus must be modelled"};

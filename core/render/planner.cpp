@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "core/error.h"
 #include "core/render/texture_detail.h"
@@ -63,35 +64,48 @@ void take_named(MethodPlan& plan, std::span<const RenderMethod* const> methods, 
   }
 }
 
+struct Candidate {
+  const RenderMethod* method = nullptr;
+  Quote quote = {};
+  std::string shortfall = {};  // empty: it keeps the promise
+};
+
+// The cheapest that keeps the promise; where none does, the cheapest of those whose bound is at
+// most a quarter above the smallest: a hair's breadth is worth no tenfold cost. Null: all refuse.
+const Candidate* best_of(const std::vector<Candidate>& candidates) {
+  bool any = false;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Candidate& c : candidates) {
+    if (!c.quote.refusal.empty()) continue;
+    any = any || c.shortfall.empty();
+    smallest = std::min(smallest, c.quote.error.rmse);
+  }
+  const Candidate* best = nullptr;
+  for (const Candidate& c : candidates) {
+    if (!c.quote.refusal.empty()) continue;
+    if (any ? !c.shortfall.empty() : c.quote.error.rmse > 1.25 * smallest) continue;
+    if (best == nullptr || c.quote.cost_rays < best->quote.cost_rays) best = &c;
+  }
+  return best;
+}
+
 void take_cheapest(MethodPlan& plan, std::span<const RenderMethod* const> methods, const Shot& shot,
                    const ShotFacts& facts) {
-  const RenderMethod* closest = nullptr;  // the smallest bound, if none is small enough
-  Quote closest_quote;
+  std::vector<Candidate> candidates;
   for (const RenderMethod* method : methods) {
     Quote quote = method->quote(shot, facts);
-    if (std::string reason = shortfall(quote, shot.quality.max_error); !reason.empty()) {
-      if (quote.refusal.empty() &&
-          (closest == nullptr || quote.error.rmse < closest_quote.error.rmse)) {
-        closest = method;
-        closest_quote = quote;
-      }
-      plan.passed_over.push_back({std::string(method->name()), std::move(reason)});
-    } else if (plan.method == nullptr || quote.cost_rays < plan.quote.cost_rays) {
-      if (plan.method != nullptr) {
-        plan.passed_over.push_back({std::string(plan.method->name()), "costs more rays"});
-      }
-      plan.method = method;
-      plan.quote = std::move(quote);
-    } else {
-      plan.passed_over.push_back({std::string(method->name()), "costs more rays"});
-    }
+    std::string reason = shortfall(quote, shot.quality.max_error);
+    candidates.push_back({method, std::move(quote), std::move(reason)});
   }
-  if (plan.method != nullptr) return;
-  if (closest == nullptr) throw Error(ErrorCode::no_valid_method, explained(plan.passed_over));
-  plan.method = closest;
-  plan.quote = std::move(closest_quote);
-  std::erase_if(plan.passed_over,
-                [&](const PassedOverMethod& m) { return m.method == closest->name(); });
+  const Candidate* best = best_of(candidates);
+  for (const Candidate& c : candidates) {
+    if (&c == best) continue;
+    plan.passed_over.push_back(
+        {std::string(c.method->name()), c.shortfall.empty() ? "costs more rays" : c.shortfall});
+  }
+  if (best == nullptr) throw Error(ErrorCode::no_valid_method, explained(plan.passed_over));
+  plan.method = best->method;
+  plan.quote = best->quote;
 }
 
 ModelledEffect modelled(std::string effect, std::string why) {

@@ -13,9 +13,9 @@ struct MethodPlan {
 };
 
 /// The cheapest method whose omissions leave room for noise under the shot's max_error; if none
-/// does, the one with the smallest bound and a warning. A method the request names is taken
-/// unless it refuses the shot.
-/// Throws: Error{no_valid_method} with every method's reason.
+/// does, the cheapest whose bound is at most a quarter above the smallest, and a warning. A method
+/// the request names is taken unless it refuses the shot. Throws: Error{no_valid_method} with every
+/// method's reason.
 MethodPlan planned_method(std::span<const RenderMethod* const> methods, const Shot& shot,
                           const ShotFacts& facts);
 

@@ -21,7 +21,7 @@ constexpr int kMostLayers = 24;
 constexpr double kLargestDefocusOfWaves = 500.0;
 
 double transfer_tolerance(const QualitySpec& quality) {
-  return std::clamp(quality.max_error, 0.0005, 0.01);
+  return std::clamp(0.5 * quality.max_error, 0.0005, 0.01);
 }
 
 // What a disc alone would be wrong by at |U| and beyond.
@@ -29,6 +29,9 @@ double disc_loss(double defocus) {
   const double waves = std::abs(defocus) / (4.0 * std::numbers::pi);
   return std::min(1.0, 0.165 * std::pow(std::max(waves, 1e-3), -0.75));
 }
+
+// What rays get wrong of light at |U| and beyond: no more than where it would be sharp.
+double far_loss(double defocus, double q) { return std::min({1.0, disc_loss(defocus), 0.41 * q}); }
 
 // Lays samples down in the layers of their depth.
 class LayerSink : public SampleSink {
@@ -208,7 +211,10 @@ std::vector<EffectLoss> losses_of(const WaveOptics& optics, const WaveSurvey& su
                                   const SharpLight& light, double largest_disc_px, bool defocus) {
   const WaveSpreader& spreader = light.spreader();
   std::vector<EffectLoss> losses;
-  const double transfer = spreader.transfer_error();
+  // The wave model's own error is no more than what leaving waves out would be.
+  const double transfer = spreader.transfer_error() +
+                          (nodes.interpolates() ? spreader.tolerance() : 0.0) +
+                          std::min(spreader.model_error(), 0.41 * optics.q());
   std::string regime = "in focus";
   if (!nodes.defocuses().empty()) {
     double largest = 0.0;
@@ -217,7 +223,7 @@ std::vector<EffectLoss> losses_of(const WaveOptics& optics, const WaveSurvey& su
              plain(", up to %.3g Fresnel zones", largest / (2.0 * std::numbers::pi));
   }
   losses.push_back({.effect = "diffraction",
-                    .transfer_loss = transfer + spreader.model_error(),
+                    .transfer_loss = transfer,
                     .why = regime + "; " +
                            plain("Airy diameter %.2g px, %.0f layers of depth, %.0f wavelengths",
                                  2.44 * optics.q(), double(nodes.defocuses().size()),
@@ -239,10 +245,8 @@ std::vector<EffectLoss> losses_of(const WaveOptics& optics, const WaveSurvey& su
   }
   outside /= static_cast<double>(survey.defocus.size());
   if (outside > 0.0) {
-    double reach = kLargestDefocusOfWaves;
-    for (const double u : nodes.defocuses()) reach = std::min(reach, std::abs(u));
     losses.push_back({.effect = "diffraction far out of focus",
-                      .transfer_loss = disc_loss(std::max(reach, 1.0)) * std::sqrt(outside),
+                      .transfer_loss = far_loss(nodes.reach(), optics.q()) * std::sqrt(outside),
                       .why = plain("discs of up to %.3g px are shown by rays", largest_disc_px)});
   }
   return losses;
@@ -297,7 +301,7 @@ Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
   const bool all_waves = largest <= kLargestDefocusOfWaves && layers <= kMostLayers;
   const double traced = all_waves ? facts.edge_share : 1.0;
   quote.error.effects.push_back({.effect = "diffraction",
-                                 .transfer_loss = tolerance * 0.5,
+                                 .transfer_loss = tolerance,
                                  .why = plain("Airy diameter %.2g px, exact point spreads by depth",
                                               2.44 * facts.diffraction_q),
                                  .modelled = true});
@@ -308,6 +312,16 @@ Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
         {.effect = "diffraction at edges in depth",
          .transfer_loss = std::min(1.0, 0.41 * facts.diffraction_q) * std::sqrt(near),
          .why = plain("about %.2g of the picture lies near one", near)});
+  }
+  if (!all_waves) {
+    // Half the most steps on either side of the focus.
+    const double reach =
+        std::min(kLargestDefocusOfWaves,
+                 defocus_after(0.5 * (kMostLayers - 1) * std::sqrt(tolerance / 0.01)));
+    quote.error.effects.push_back(
+        {.effect = "diffraction far out of focus",
+         .transfer_loss = far_loss(reach, facts.diffraction_q),
+         .why = plain("discs of up to %.3g px are shown by rays", facts.largest_blur_px)});
   }
   quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // The sharp picture, the pupil where it must be sampled, and the transforms: half a ray an

@@ -49,7 +49,8 @@ WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, co
     : optics_(optics),
       frame_(frame),
       defocuses_(nodes.defocuses().begin(), nodes.defocuses().end()),
-      halo_(optics.halo_px()) {
+      halo_(optics.halo_px()),
+      tolerance_(tolerance) {
   const double reach = near_reach(optics, nodes.defocuses());
   const auto padded = [&](int side) {
     const double least = std::max(side + 2.0 * frame.guard, side + frame.guard + reach);

@@ -56,6 +56,7 @@ class WaveSpreader {
 
   /// The largest error of any layer's transfer function: of wavelengths, field and wave model.
   double transfer_error() const noexcept { return transfer_error_; }
+  double tolerance() const noexcept { return tolerance_; }
   double model_error() const noexcept { return model_error_; }
   int wavelengths() const noexcept { return wavelengths_; }
   int field_terms() const noexcept { return field_terms_; }
@@ -95,6 +96,7 @@ class WaveSpreader {
   std::array<double, 3> halo_ = {};
   std::vector<WaveTransfer> transfers_;  // by layer, then that in focus
   std::vector<double> disc_radius_px_;
+  double tolerance_;
   double transfer_error_ = 0.0;
   double model_error_ = 0.0;
   double disc_error_ = 0.0;
