@@ -63,6 +63,9 @@ NoiseEstimate Film::end_pass(int samples) {
       // Over 3 channels, times 1/4.
       clipped_difference += std::pow(clipped(a) - clipped(b), 2) / 12.0;
       difference += (a - b) * (a - b) / 12.0;
+      if (halves && !half_difference_.empty()) {
+        half_difference_.pixels()[3 * i + c] = static_cast<float>(0.5 * (a - b));
+      }
       energy += 0.5 * (a + b);
       energy_variance += 0.25 * (a - b) * (a - b);
       total_[i].value[c] += pass_[i].value[c];

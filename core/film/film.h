@@ -80,6 +80,11 @@ class Film {
   /// independent and scatter alike.
   NoiseEstimate end_pass(int samples);
 
+  /// Half the difference of the two halves at the end of the last pass that had them, 3 channels:
+  /// the mean plus or minus it is either half's. Kept from keep_difference() on; else empty.
+  const Image& half_difference() const noexcept { return half_difference_; }
+  void keep_difference() { half_difference_ = Image(width_, height_, 3); }
+
   /// Mean of all samples, 3 channels.
   Image mean() const;
   /// Variance of that mean per pixel and channel, from the samples' own scatter: an upper bound
@@ -97,6 +102,7 @@ class Film {
   int samples_ = 0;
   SumPlane total_;
   SumPlane pass_;
+  Image half_difference_ = {};
 };
 
 }  // namespace fstop

@@ -83,7 +83,7 @@ struct WaveTransferSpec {
 /// The transfer tables of a pupil: Hopkins' integral at every wavelength, summed on a fixed
 /// grid of frequencies; for a pinhole AstigmaticOtf's along and across the plane of incidence,
 /// fitted over the field by least squares. Wavelengths and terms are added until `tolerance` holds
-/// or 65 wavelengths, 16 terms are reached; the errors left are reported. A bladed pupil has
+/// or 33 wavelengths, 16 terms are reached; the errors left are reported. A bladed pupil has
 /// PolygonOtf's at as many wavelengths as the disc of its area needs, 17 at most, as the upright
 /// picture has it. Throws: Error{outside_domain} where require_wave_model() refuses.
 WaveTransfer wave_transfer(const WaveTransferSpec& spec);

@@ -37,8 +37,13 @@ double far_loss(double defocus, double q) { return std::min({1.0, disc_loss(defo
 class LayerSink : public SampleSink {
  public:
   LayerSink(const WaveOptics& optics, const DepthNodes& nodes, const VisibilityMask& mask,
-            int guard, LightLayers& layers)
-      : optics_(optics), nodes_(nodes), mask_(mask), guard_(guard), layers_(layers) {}
+            const WaveSurvey& survey, LightLayers& layers)
+      : optics_(optics),
+        nodes_(nodes),
+        mask_(mask),
+        guard_(survey.guard),
+        light_reach_(survey.light_reach),
+        layers_(layers) {}
 
   void add(const LaneMask& valid, const TracedPacket& packet) override {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -47,6 +52,7 @@ class LayerSink : public SampleSink {
       if (light == Rgb{0, 0, 0}) continue;
       const double x = packet.raster_x[lane];
       const double y = packet.raster_y[lane];
+      if (is_far_outside(x, y)) continue;
       const double defocus = optics_.defocus(static_cast<double>(packet.depth[lane]));
       DepthNodes::Place place = nodes_.place(defocus);
       if (place.first < 0) {
@@ -62,6 +68,13 @@ class LayerSink : public SampleSink {
   }
 
  private:
+  bool is_far_outside(double x, double y) const {
+    const double left = x - guard_;
+    const double top = y - guard_;
+    return left < -light_reach_ || top < -light_reach_ || left > mask_.width + light_reach_ ||
+           top > mask_.height + light_reach_;
+  }
+
   // Outside the frame rays answer too: the mask reaches as far as light there does.
   bool shown_by_rays(double x, double y) const {
     const int column = static_cast<int>(x) - guard_;
@@ -74,6 +87,7 @@ class LayerSink : public SampleSink {
   const DepthNodes& nodes_;
   const VisibilityMask& mask_;
   int guard_;
+  int light_reach_;
   LightLayers& layers_;
 };
 
@@ -104,6 +118,13 @@ NoiseEstimate spread_noise(const Image& mean, const Image& half_difference, doub
   return noise;
 }
 
+// Cells along a pixel: where samples are counted, as many as they fall into evenly.
+int cells_for(const Shot& shot, const WaveOptics& optics, const WaveSurvey& survey) {
+  int cells = WaveSpreader::cells_for(optics.q(), survey.sensor.width, survey.sensor.height);
+  while (shot.quality.samples && *shot.quality.samples % (cells * cells) != 0) cells /= 2;
+  return cells;
+}
+
 // The sharp light of a shot and what it becomes behind the pupil.
 class SharpLight {
  public:
@@ -112,8 +133,8 @@ class SharpLight {
       : frame_{.width = shot.sensor.width,
                .height = shot.sensor.height,
                .guard = survey.guard,
-               .cells =
-                   WaveSpreader::cells_for(optics.q(), survey.sensor.width, survey.sensor.height)},
+               .cells = cells_for(shot, optics, survey),
+               .light_reach = survey.light_reach},
         with_discs_(mask.share > 0.0),
         shared_pixels_(1.0 + std::numbers::pi * std::pow(2.0 * optics.q(), 2)),
         run_(run),
@@ -121,7 +142,7 @@ class SharpLight {
         total_(survey.sensor.width, survey.sensor.height, frame_.cells,
                static_cast<int>(nodes.defocuses().size())),
         pass_(survey.sensor.width, survey.sensor.height, frame_.cells, total_.layers()),
-        sink_(optics, nodes, mask, survey.guard, pass_) {
+        sink_(optics, nodes, mask, survey, pass_) {
     // A wide disc smooths as much.
     for (const double u : nodes.defocuses()) {
       shared_pixels_ =
@@ -132,6 +153,7 @@ class SharpLight {
   SampleSink& sink() { return sink_; }
   const WaveSpreader& spreader() const { return spreader_; }
   int cells() const { return frame_.cells; }
+  double shared_pixels() const { return shared_pixels_; }
 
   // Judges by the sharp light's own noise, which spreading only lowers, where that is enough;
   // else spreads the difference of the halves.
@@ -252,6 +274,12 @@ std::vector<EffectLoss> losses_of(const WaveOptics& optics, const WaveSurvey& su
   return losses;
 }
 
+double total_light(const Image& image) {
+  double sum = 0.0;
+  for (const float value : image.pixels()) sum += static_cast<double>(value);
+  return sum;
+}
+
 double root_mean_square(const Image& image) {
   double sum = 0.0;
   for (const float value : image.pixels()) {
@@ -272,13 +300,13 @@ std::string memory_refusal(const Shot& shot) {
                gigabytes, kMostGigabytes);
 }
 
-// Light that comes from beyond the guard: at distance x from the border a share 0.065 Q/(g + x) of
+// Light that comes from beyond the guard: at distance x from the border a share 0.1 Q/(g + x) of
 // it, averaged in squares over the frame.
 double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double largest_disc_px) {
-  const double beyond = std::max(1.0, survey.guard - 0.5 * largest_disc_px);
+  const double beyond = std::max(1.0, survey.light_reach - 0.5 * largest_disc_px);
   const int width = survey.sensor.width - 2 * survey.guard;
   const int height = survey.sensor.height - 2 * survey.guard;
-  return 0.065 * optics.q() * std::sqrt((2.0 / width + 2.0 / height) / beyond);
+  return 0.1 * optics.q() * std::sqrt((2.0 / width + 2.0 / height) / beyond);
 }
 
 }  // namespace
@@ -349,7 +377,6 @@ RenderOutcome Wave::render(const Shot& shot, double bias, const RunControl& run)
   QualitySpec quality = shot.quality;
   quality.max_error *= half;
   if (quality.max_time_ms) *quality.max_time_ms *= needs_rays ? 0.4 : 0.8;
-  if (quality.samples) *quality.samples = std::max(*quality.samples, light.cells() * light.cells());
   const double room = bias < shot.quality.max_error
                           ? half * std::sqrt(std::pow(shot.quality.max_error, 2) - bias * bias)
                           : quality.max_error;
@@ -373,31 +400,51 @@ RenderOutcome Wave::render(const Shot& shot, double bias, const RunControl& run)
   if (needs_rays) {
     const Camera camera = camera_of(shot.camera, shot.sensor);
     Film rays(shot.sensor.width, shot.sensor.height);
+    rays.keep_difference();
+    const auto joined = [&] {
+      Image sum = outcome.color;
+      const Image hidden = hidden_light(mask, rays.mean(), light.spread().discs);
+      add_to(sum, light.spreader().spread_in_focus(hidden, run));
+      return sum;
+    };
+    // Light brighter than a pixel can show is spread into pixels that show it: so is its noise.
+    const auto spread_out = [&](const NoiseEstimate& noise, int, bool halves) {
+      if (!halves || noise.unclipped_mse_upper_95 < 1.5 * noise.mse_upper_95) return noise;
+      return spread_noise(joined(), light.spreader().spread_in_focus(rays.half_difference(), run),
+                          light.shared_pixels(), noise.energy);
+    };
     const RenderOutcome traced = render_progressively({.source = sample_source(shot, camera, true),
                                                        .film = rays,
                                                        .tiles = &mask.tiles,
+                                                       .end_of_pass = spread_out,
                                                        .begin = 0.5,
                                                        .end = 1.0},
                                                       quality, half * bias, run);
-    const Image hidden = hidden_light(mask, rays.mean(), light.spread().discs);
-    add_to(outcome.color, light.spreader().spread_in_focus(hidden, run));
+    const double traced_light = total_light(rays.mean());
+    outcome.color = joined();
     add_to(outcome.variance, rays.variance());
     outcome.rays += traced.rays;
     outcome.noise.mse += traced.noise.mse;
     outcome.noise.mse_upper_95 += traced.noise.mse_upper_95;
-    outcome.noise.energy = std::hypot(outcome.noise.energy, mask.share * traced.noise.energy);
+    const double all_light = std::max(total_light(outcome.color), 1e-30);
+    outcome.noise.energy = std::hypot(
+        outcome.noise.energy, std::min(1.0, traced_light / all_light) * traced.noise.energy);
     outcome.samples_mean += mask.share * traced.samples_mean;
     outcome.samples_max += traced.samples_max;
-    std::ranges::copy(traced.warnings, std::back_inserter(outcome.warnings));
+    for (const std::string& warning : traced.warnings) {
+      if (std::ranges::count(outcome.warnings, warning) == 0) outcome.warnings.push_back(warning);
+    }
   }
   if (run.progress) run.progress(1.0);
   outcome.effects = losses_of(optics, survey, nodes, mask, light, facts.largest_blur_px, defocus);
-  const double border =
-      border_loss(optics, survey, facts.largest_blur_px) * root_mean_square(outcome.color);
-  outcome.effects->push_back(
-      {.effect = "light from far outside the frame",
-       .why = plain("diffracted from more than %.0f px beyond the border", double(survey.guard)),
-       .offset = border});
+  const double level = root_mean_square(outcome.color);
+  // Point spreads that change over the field do not add up to a constant where it is uniform.
+  outcome.effects->front().offset = light.spreader().field_error() * level;
+  const double border = border_loss(optics, survey, facts.largest_blur_px) * level;
+  outcome.effects->push_back({.effect = "light from far outside the frame",
+                              .why = plain("diffracted from more than %.0f px beyond the border",
+                                           double(survey.light_reach)),
+                              .offset = border});
   return outcome;
 }
 

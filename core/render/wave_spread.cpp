@@ -31,8 +31,8 @@ double near_reach(const WaveOptics& optics, std::span<const double> defocuses) {
 double field_limit(const WaveOptics& optics, const WaveSpreader::Frame& frame) {
   if (!optics.is_pinhole()) return 0.0;
   const double reach = 0.5 * optics.pixel_pitch() / optics.image_distance();
-  return std::pow(reach * (frame.width + 2 * frame.guard), 2) +
-         std::pow(reach * (frame.height + 2 * frame.guard), 2);
+  return std::pow(reach * (frame.width + 2 * frame.light_reach), 2) +
+         std::pow(reach * (frame.height + 2 * frame.light_reach), 2);
 }
 
 }  // namespace
@@ -78,6 +78,7 @@ WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, co
   for (std::size_t k = 0; k < layers; ++k) {
     const WaveTransfer& transfer = transfers_[k];
     transfer_error_ = std::max(transfer_error_, transfer.spectral_error + transfer.field_error);
+    field_error_ = std::max(field_error_, transfer.field_error);
     model_error_ = std::max(model_error_, transfer.model_error);
     disc_error_ = std::max(disc_error_, transfer.disc_error);
     wavelengths_ = std::max(wavelengths_, transfer.wavelengths);
@@ -408,16 +409,22 @@ void WaveSpreader::spread_channels(const LightSum& light, Wanted wanted, int fir
 
 Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run) const {
   Image result(frame_.width, frame_.height, 3);
-  const int margin = static_cast<int>(near_reach(optics_, {}));
-  const int width = fast_transform_length(frame_.width + margin);
-  const int height = fast_transform_length(frame_.height + margin);
+  // Beyond the frame the picture goes on as at its border.
+  const int margin = static_cast<int>(
+      std::min(near_reach(optics_, {}), 0.5 * std::max(frame_.width, frame_.height) + 8.0));
+  const int width = fast_transform_length(frame_.width + 2 * margin);
+  const int height = fast_transform_length(frame_.height + 2 * margin);
   const FrequencySteps steps{.column = 1.0 / (width * optics_.pixel_pitch()),
                              .row = 1.0 / (height * optics_.pixel_pitch())};
   const WaveTransfer& focus = transfers_.back();
   parallel_for(run, 3, [&](int channel) {
     SpectralPlane sharp(width, height);
-    for (int y = 0; y < frame_.height; ++y) {
-      for (int x = 0; x < frame_.width; ++x) *sharp.view().at(x, y) = picture.at(x, y)[channel];
+    for (int y = 0; y < height; ++y) {
+      const int row = std::clamp(y - margin, 0, frame_.height - 1);
+      for (int x = 0; x < width; ++x) {
+        const int column = std::clamp(x - margin, 0, frame_.width - 1);
+        *sharp.view().at(x, y) = picture.at(column, row)[channel];
+      }
     }
     sharp.transform();
     SpectralPlane sum(width, height);
@@ -428,7 +435,8 @@ Image WaveSpreader::spread_in_focus(const Image& picture, const RunControl& run)
       add_polar(focus.polygon[c], steps, sharp, sum);
     }
     sum.invert();
-    collect(sum, {.width = frame_.width, .height = frame_.height}, channel, result);
+    collect(sum, {.width = frame_.width, .height = frame_.height, .guard = margin}, channel,
+            result);
   });
   return result;
 }

@@ -41,7 +41,8 @@ class WaveSpreader {
     int width = 0;
     int height = 0;
     int guard = 0;
-    int cells = 1;  // along a pixel
+    int cells = 1;        // along a pixel
+    int light_reach = 0;  // pixels beyond the frame from where light is kept, at most `guard`
   };
 
   /// Throws: Error{outside_domain} as wave_transfer; Error{cancelled}.
@@ -49,7 +50,8 @@ class WaveSpreader {
                double tolerance, const RunControl& run);
 
   SpreadLight spread(const LightSum& light, bool with_discs, const RunControl& run) const;
-  /// `picture`, of the frame, 3 channels, as a pupil in focus spreads it: dark beyond the frame.
+  /// `picture`, of the frame, 3 channels, as a pupil in focus spreads it: beyond the frame as at
+  /// its border.
   Image spread_in_focus(const Image& picture, const RunControl& run) const;
   /// Waves as on the axis, all over the field: enough for noise.
   Image spread_roughly(const LightSum& light, const RunControl& run) const;
@@ -57,6 +59,7 @@ class WaveSpreader {
   /// The largest error of any layer's transfer function: of wavelengths, field and wave model.
   double transfer_error() const noexcept { return transfer_error_; }
   double tolerance() const noexcept { return tolerance_; }
+  double field_error() const noexcept { return field_error_; }
   double model_error() const noexcept { return model_error_; }
   int wavelengths() const noexcept { return wavelengths_; }
   int field_terms() const noexcept { return field_terms_; }
@@ -98,6 +101,7 @@ class WaveSpreader {
   std::vector<double> disc_radius_px_;
   double tolerance_;
   double transfer_error_ = 0.0;
+  double field_error_ = 0.0;
   double model_error_ = 0.0;
   double disc_error_ = 0.0;
   int wavelengths_ = 0;

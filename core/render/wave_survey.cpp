@@ -15,11 +15,11 @@ constexpr double kFineEdge = 0.05;
 constexpr std::size_t kMostSeen = 200'000;
 constexpr double kMargin = 2.0;  // px: a pixel's own width on both sides
 
-int guard_width(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics) {
+int light_reach(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics) {
   const double halo = 13.0 * optics.q() * std::sqrt(0.01 / shot.quality.max_error);
   const double wanted = 0.5 * facts.largest_blur_px + halo + kMargin;
-  const double most = 0.5 * std::max(shot.sensor.width, shot.sensor.height);
-  return static_cast<int>(std::ceil(std::min(wanted, most) / kTile)) * kTile;
+  const double most = 0.5 * std::max(shot.sensor.width, shot.sensor.height) + kMargin;
+  return static_cast<int>(std::ceil(std::min(wanted, most)));
 }
 
 class CentreRays {
@@ -192,7 +192,8 @@ void see_objects(const Shot& shot, const WaveOptics& optics, WaveSurvey& survey)
 WaveSurvey wave_survey(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics,
                        const RunControl& run) {
   WaveSurvey survey;
-  survey.guard = guard_width(shot, facts, optics);
+  survey.light_reach = light_reach(shot, facts, optics);
+  survey.guard = (survey.light_reach + kTile - 1) / kTile * kTile;
   survey.sensor = {.pixel_pitch = shot.sensor.pixel_pitch,
                    .width = shot.sensor.width + 2 * survey.guard,
                    .height = shot.sensor.height + 2 * survey.guard};

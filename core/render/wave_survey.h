@@ -11,9 +11,10 @@ namespace fstop {
 
 /// What the centre rays of a frame and its surroundings tell of defocus and occlusion.
 struct WaveSurvey {
-  Sensor sensor = {};               // the frame, wider by `guard` pixels on every side
-  int guard = 0;                    // a multiple of kTile
-  std::vector<double> seen = {};    // defocus of pixels that may send light, and of small objects
+  Sensor sensor = {};             // the frame, wider by `guard` pixels on every side
+  int guard = 0;                  // a multiple of kTile
+  int light_reach = 0;            // pixels beyond the frame from where light matters, at most guard
+  std::vector<double> seen = {};  // defocus of pixels that may send light, and of small objects
   std::vector<float> defocus = {};  // of every pixel of `sensor`; NaN: dark and infinitely far
   std::vector<char> mirrors = {};   // the pixel shows a mirror or something transparent
   std::uint64_t rays = 0;
