@@ -12,6 +12,7 @@
 #include "api/picture.h"
 #include "api/render_id.h"
 #include "core/error.h"
+#include "server/counted.h"
 #include "server/reply_head.h"
 
 namespace fstop::server {
@@ -79,11 +80,6 @@ asio::awaitable<Reply> RenderCalls::create(Call& call) {
     throw Refusal(http::status::service_unavailable, "overloaded", "too many requests at once")
         .with("Retry-After", "1");
   }
-  struct Counted {
-    int& count;
-    explicit Counted(int& counter) : count(counter) { ++count; }
-    ~Counted() { --count; }
-  };
   Prepared prepared;
   {
     const Counted counted(preparing_);

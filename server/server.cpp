@@ -18,6 +18,7 @@
 #include "api/optics_request.h"
 #include "api/psf_request.h"
 #include "api/render_id.h"
+#include "server/counted.h"
 #include "server/negotiation.h"
 #include "server/reply_head.h"
 
@@ -138,11 +139,6 @@ asio::awaitable<Reply> Server::psf(Call& call) {
     throw Refusal(http::status::service_unavailable, "overloaded", "too many requests at once")
         .with("Retry-After", "1");
   }
-  struct Counted {
-    int& count;
-    explicit Counted(int& counter) : count(counter) { ++count; }
-    ~Counted() { --count; }
-  };
   const Counted counted(waiting_psfs_);
   co_return co_await encoders_.run([this, &call] { return psf_reply(call.request); });
 }

@@ -6,29 +6,12 @@
 #include <new>
 #include <type_traits>
 
+#include "core/film/square_sums.h"
+
 namespace fstop {
 namespace {
 
-constexpr double kOneSided95 = 1.6448536269514722;  // quantile of the normal distribution
-
 double clipped(double value) { return std::clamp(value, 0.0, 1.0); }
-
-// Mean of squared differences over pixels, and its bound.
-struct SquareSums {
-  double sum = 0.0;
-  double sum_of_squares = 0.0;
-
-  void add(double difference) {
-    sum += difference;
-    sum_of_squares += difference * difference;
-  }
-  double mean(double pixels) const { return sum / pixels; }
-  double upper_95(double pixels) const {
-    const double scatter = std::max(0.0, sum_of_squares / pixels - mean(pixels) * mean(pixels));
-    // Twice: the error that was made scatters about its expectation as much as the estimate does.
-    return mean(pixels) + kOneSided95 * std::sqrt(2.0 * scatter / pixels);
-  }
-};
 
 }  // namespace
 

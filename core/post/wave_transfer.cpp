@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/optics/astigmatic_otf.h"
-#include "core/optics/bessel.h"
 #include "core/optics/polygon_otf.h"
 #include "core/optics/transfer.h"
 
@@ -340,19 +339,6 @@ void add_polygon(const WaveTransferSpec& spec, double largest_defocus, double sh
   }
 }
 
-double disc_difference(const WaveTransferSpec& spec, const FrequencyGrid& grid,
-                       const ChannelValues& on_axis) {
-  const double radius =
-      0.5 * spec.scale *
-      (spec.pupil.diameter * (spec.pupil.image_distance * spec.pupil.defocus)).si();
-  double worst = 0.0;
-  for (int i = 0; i < grid.count; ++i) {
-    const double disc = jinc(2.0 * std::numbers::pi * grid.at(i) * radius);
-    worst = std::max(worst, std::abs(on_axis[0][static_cast<std::size_t>(i)] - disc));
-  }
-  return worst;
-}
-
 }  // namespace
 
 RadialTable::RadialTable(double step, std::vector<float> values) : values_(std::move(values)) {
@@ -401,13 +387,11 @@ WaveTransfer wave_transfer(const WaveTransferSpec& spec) {
   const Colours colours = enough_colours(spec, grid, on_axis);
   transfer.wavelengths = static_cast<int>(colours.samples.size());
   transfer.spectral_error = colours.error;
-  transfer.disc_error = disc_difference(spec, grid, on_axis);
 
   transfer.terms = terms_of_order(0);
   transfer.tables.push_back(tables_of(grid, on_axis));
   if (spec.aperture.blades >= 3) {
-    const int intervals = std::min(transfer.wavelengths - 1, 16);
-    add_polygon(spec, largest_defocus, shortest, intervals, transfer);
+    add_polygon(spec, largest_defocus, shortest, transfer.wavelengths - 1, transfer);
   }
   if (spec.field_limit > 0.0 && largest_defocus > kShadowDefocus) {
     transfer.field_error = kShadowFieldError;

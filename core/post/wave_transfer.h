@@ -66,7 +66,6 @@ struct WaveTransfer {
   double spectral_error = 0.0;  // of H, by the number of wavelengths
   double field_error = 0.0;     // of H, by the number of field terms
   double model_error = 0.0;     // the largest WaveModelError::total() of any wavelength
-  double disc_error = 0.0;      // largest difference of H from the geometric disc's, first channel
 };
 
 struct WaveTransferSpec {
@@ -84,7 +83,7 @@ struct WaveTransferSpec {
 /// grid of frequencies; for a pinhole AstigmaticOtf's along and across the plane of incidence,
 /// fitted over the field by least squares. Wavelengths and terms are added until `tolerance` holds
 /// or 33 wavelengths, 16 terms are reached; the errors left are reported. A bladed pupil has
-/// PolygonOtf's at as many wavelengths as the disc of its area needs, 17 at most, as the upright
+/// PolygonOtf's at as many wavelengths as the disc of its area needs, as the upright
 /// picture has it. Throws: Error{outside_domain} where require_wave_model() refuses.
 WaveTransfer wave_transfer(const WaveTransferSpec& spec);
 

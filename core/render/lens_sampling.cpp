@@ -19,7 +19,8 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   return quote;
 }
 
-RenderOutcome LensSampling::render(const Shot& shot, double bias, const RunControl& run) const {
+RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
+                                   const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
   return rendered_film(sample_source(shot, camera, true), shot.quality, bias, run);
 }

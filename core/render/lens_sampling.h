@@ -10,7 +10,8 @@ class LensSampling : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "lens-sampling"; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
-  RenderOutcome render(const Shot& shot, double bias, const RunControl& run) const override;
+  RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
+                       const RunControl& run) const override;
 };
 
 }  // namespace fstop

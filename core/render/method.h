@@ -86,7 +86,8 @@ class RenderMethod {
   virtual Quote quote(const Shot& shot, const ShotFacts& facts) const = 0;
   /// Renders until the noise, joined with `bias` (RMSE of what is left out), keeps the shot's
   /// quality. Same seed, same pixels, whatever the thread count. Throws: Error{cancelled}.
-  virtual RenderOutcome render(const Shot& shot, double bias, const RunControl& run) const = 0;
+  virtual RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
+                               const RunControl& run) const = 0;
 };
 
 /// All methods, cheapest kind first.

@@ -35,7 +35,8 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
   return quote;
 }
 
-RenderOutcome PinholeTrace::render(const Shot& shot, double bias, const RunControl& run) const {
+RenderOutcome PinholeTrace::render(const Shot& shot, const ShotFacts&, double bias,
+                                   const RunControl& run) const {
   const Camera camera = central_projection(shot.camera, shot.sensor);
   return rendered_film(sample_source(shot, camera, false), shot.quality, bias, run);
 }

@@ -39,7 +39,7 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
 Image all_in_focus(const Shot& shot, int samples, const RunControl& run) {
   Shot sharp = shot;
   sharp.quality.samples = samples;
-  return PinholeTrace().render(sharp, 0.0, run).color;
+  return PinholeTrace().render(sharp, {}, 0.0, run).color;
 }
 
 std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
@@ -91,7 +91,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   const ShotFacts facts = facts_of(shot);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
-  RenderOutcome outcome = plan.method->render(shot, plan.quote.error.rmse, run);
+  RenderOutcome outcome = plan.method->render(shot, facts, plan.quote.error.rmse, run);
   if (outcome.effects) plan.quote.error.effects = *outcome.effects;
 
   Photograph photograph;

@@ -18,7 +18,8 @@ class Wave : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "wave"; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
-  RenderOutcome render(const Shot& shot, double bias, const RunControl& run) const override;
+  RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
+                       const RunControl& run) const override;
 };
 
 }  // namespace fstop

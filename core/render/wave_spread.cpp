@@ -80,9 +80,7 @@ WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, co
     transfer_error_ = std::max(transfer_error_, transfer.spectral_error + transfer.field_error);
     field_error_ = std::max(field_error_, transfer.field_error);
     model_error_ = std::max(model_error_, transfer.model_error);
-    disc_error_ = std::max(disc_error_, transfer.disc_error);
     wavelengths_ = std::max(wavelengths_, transfer.wavelengths);
-    field_terms_ = std::max(field_terms_, static_cast<int>(transfer.terms.size()));
     disc_radius_px_.push_back(0.5 * optics.disc_px(nodes.defocuses()[k]));
   }
 }

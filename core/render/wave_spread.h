@@ -56,15 +56,12 @@ class WaveSpreader {
   /// Waves as on the axis, all over the field: enough for noise.
   Image spread_roughly(const LightSum& light, const RunControl& run) const;
 
-  /// The largest error of any layer's transfer function: of wavelengths, field and wave model.
+  /// The largest error of any layer's transfer function: of wavelengths and field.
   double transfer_error() const noexcept { return transfer_error_; }
   double tolerance() const noexcept { return tolerance_; }
   double field_error() const noexcept { return field_error_; }
   double model_error() const noexcept { return model_error_; }
   int wavelengths() const noexcept { return wavelengths_; }
-  int field_terms() const noexcept { return field_terms_; }
-  /// How far the point spread of the most defocused layer is from its geometric disc's.
-  double disc_error() const noexcept { return disc_error_; }
   /// Elements of one transform.
   double plane_size() const noexcept { return static_cast<double>(plane_width_) * plane_height_; }
 
@@ -103,9 +100,7 @@ class WaveSpreader {
   double transfer_error_ = 0.0;
   double field_error_ = 0.0;
   double model_error_ = 0.0;
-  double disc_error_ = 0.0;
   int wavelengths_ = 0;
-  int field_terms_ = 1;
 };
 
 }  // namespace fstop

@@ -222,6 +222,7 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
   TileReach edges(survey);
   TileReach others(survey);
   EdgeFinder finder(survey, optics, edges);
+  double beyond = 0.0;
   for (int y = 0; y < survey.sensor.height; ++y) {
     for (int x = 0; x < survey.sensor.width; ++x) {
       finder.visit(x, y);
@@ -229,7 +230,9 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
                      static_cast<std::size_t>(x);
       const double defocus = static_cast<double>(survey.defocus[i]);
       if (std::isnan(defocus)) continue;
-      if (survey.mirrors[i] != 0 || nodes.place(defocus).first < 0) {
+      const bool is_beyond = nodes.place(defocus).first < 0;
+      beyond += is_beyond ? 1.0 : 0.0;
+      if (survey.mirrors[i] != 0 || is_beyond) {
         others.widen(x, y, 0.5 * std::abs(optics.disc_px(defocus)) + kMargin);
       }
     }
@@ -240,8 +243,10 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
   const std::vector<char> more = others.frame_tiles();
   for (std::size_t i = 0; i < more.size(); ++i) mask.tiles[i] = mask.tiles[i] | more[i];
   mask.share = share_of(mask.tiles);
-  mask.occluded_share = finder.occluded_share(static_cast<double>(survey.defocus.size()));
-  mask.fine_edge_loss = finder.fine_edge_loss(static_cast<double>(survey.defocus.size()));
+  const auto surveyed = static_cast<double>(survey.defocus.size());
+  mask.occluded_share = finder.occluded_share(surveyed);
+  mask.beyond_share = beyond / surveyed;
+  mask.fine_edge_loss = finder.fine_edge_loss(surveyed);
   return mask;
 }
 

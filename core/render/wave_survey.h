@@ -33,6 +33,7 @@ struct VisibilityMask {
   std::vector<char> tiles = {};  // of the frame, row by row, kTile pixels a side
   double share = 0.0;            // of the frame's tiles
   double occluded_share = 0.0;   // of the frame's pixels, those near an edge in depth
+  double beyond_share = 0.0;     // of the surveyed pixels, those too defocused for the nodes
   /// Transfer loss of edges in depth so fine that they are not in the mask, over the frame.
   double fine_edge_loss = 0.0;
 

@@ -136,6 +136,7 @@ TEST(WaveTransfer, SinusoidalStarReversesWhereHopkinsSays) {
     }
     std::printf("star, %.2f waves: worst %.4f of the contrast, lowest %.4f\n", waves, worst,
                 lowest);
+    // Twice the tolerance, so that the sign is shown.
     EXPECT_LT(lowest, -0.02) << "no contrast is reversed at " << waves << " waves";
   }
 }
