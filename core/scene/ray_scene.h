@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/scene/lane_surfaces.h"
 #include "core/scene/ray_packet.h"
 #include "core/scene/scene.h"
 #include "core/scene/texture.h"
@@ -69,10 +70,18 @@ class RayScene {
 
   /// The surface that lane `lane` has hit.
   Surface surface(const RayPacket& packet, int lane) const noexcept;
+  /// The surfaces that all valid lanes have hit.
+  void surfaces(const RayPacket& packet, const LaneMask& valid,
+                LaneSurfaces& result) const noexcept {
+    table_.fill(packet, valid, result);
+  }
   /// The corners of the triangle that was hit; of a sphere, three times the hit point.
   std::array<Corner, 3> corners(const Surface& surface) const noexcept;
   const Material& material(const Surface& surface) const noexcept;
-  Interpolation interpolation(const Surface& surface) const noexcept;
+  const Material& material(std::int32_t index) const noexcept {
+    return scene_.materials[static_cast<std::size_t>(index)];
+  }
+  Interpolation interpolation(std::uint32_t object) const noexcept;
 
   /// Bytes held by Embree and by textures.
   std::size_t memory_bytes() const noexcept;
@@ -84,6 +93,7 @@ class RayScene {
   Scene scene_;
   std::vector<Texture> textures_;
   std::vector<std::vector<float>> uv_per_metre_;  // by object, by triangle
+  SurfaceTable table_;
   std::unique_ptr<Acceleration> acceleration_;
   bool moves_ = false;
   bool has_thin_sheets_ = false;
