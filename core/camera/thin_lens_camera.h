@@ -31,6 +31,11 @@ class ThinLensCamera {
     return {world_from_camera_.point(origin), normalized(world_from_camera_.vector(aim))};
   }
 
+  /// The same for packets of rays.
+  AimFrame aim_frame() const noexcept {
+    return aim_frame_of(sensor_, world_from_camera_, image_distance_, pupil_radius_, focus_vergence_);
+  }
+
   /// Cosine to the fourth power of the chief ray's angle; applied only where it is asked for.
   double falloff(Vec2 raster) const noexcept;
 
