@@ -38,8 +38,8 @@ FSTOP_KERNEL float fast_exp2(float x) noexcept {
   return series * std::bit_cast<float>((static_cast<std::int32_t>(whole) + 127) << 23);
 }
 
-/// x^n for x in [0, 1] and n >= 0, as shading needs it: error below 3e-6 for n up to 10, and as much
-/// as one rounding of x makes beyond. 0^0 = 1.
+/// x^n for x in [0, 1] and n >= 0, as shading needs it: error below 3e-6 for n up to 10, and as
+/// much as one rounding of x makes beyond. 0^0 = 1.
 FSTOP_KERNEL float fast_power(float x, float n) noexcept {
   const float safe = x > 1e-37F ? x : 1e-37F;
   const float result = fast_exp2(n * fast_log2(safe));

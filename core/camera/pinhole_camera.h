@@ -26,7 +26,8 @@ class PinholeCamera {
 
   /// The same for packets of rays.
   AimFrame aim_frame() const noexcept {
-    return aim_frame_of(sensor_, world_from_camera_, image_distance_, pupil_radius_, -1.0 / image_distance_);
+    return aim_frame_of(sensor_, world_from_camera_, image_distance_, pupil_radius_,
+                        -1.0 / image_distance_);
   }
 
   /// Cosine to the fourth power of the chief ray's angle; applied only where it is asked for.

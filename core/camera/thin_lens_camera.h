@@ -33,7 +33,8 @@ class ThinLensCamera {
 
   /// The same for packets of rays.
   AimFrame aim_frame() const noexcept {
-    return aim_frame_of(sensor_, world_from_camera_, image_distance_, pupil_radius_, focus_vergence_);
+    return aim_frame_of(sensor_, world_from_camera_, image_distance_, pupil_radius_,
+                        focus_vergence_);
   }
 
   /// Cosine to the fourth power of the chief ray's angle; applied only where it is asked for.

@@ -80,8 +80,8 @@ void fall_off(const LaneFloats& corner_x, const LaneFloats& corner_y, float slop
 FSTOP_KERNEL void finish(const RayPacket& packet, Vec3f forward, float exposure,
                          TracedPacket& traced) {
   for (std::size_t k = 0; k < kLanes; ++k) {
-    const float cosine = packet.dir_x[k] * forward.x + packet.dir_y[k] * forward.y +
-                         packet.dir_z[k] * forward.z;
+    const float cosine =
+        packet.dir_x[k] * forward.x + packet.dir_y[k] * forward.y + packet.dir_z[k] * forward.z;
     const float depth = packet.far[k] * cosine;
     traced.depth[k] = packet.object[k] != kNoHit ? depth : kFar;
     traced.colors.r[k] *= exposure;
@@ -118,12 +118,14 @@ BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
       down_(to_float(frame_.down)),
       forward_(to_float(frame_.forward)),
       slope_(static_cast<float>(frame_.slope)),
-      pixel_angle_(static_cast<float>(frame_.slope)),
       block_(static_cast<std::uint32_t>(block)),
-      keys_{.pixel = pixels_of(grid, block)},
-      pixel_x_(source.sequence, Dimension::pixel_x, keys_.pixel),
-      pixel_y_(source.sequence, Dimension::pixel_y, keys_.pixel),
-      time_(source.sequence, Dimension::time, keys_.pixel) {
+      inputs_{.scene = source.scene,
+              .sequence = source.sequence,
+              .keys = {.pixel = pixels_of(grid, block)},
+              .footprint_rate = source.texture_width_px * slope_},
+      pixel_x_(source.sequence, Dimension::pixel_x, inputs_.keys.pixel),
+      pixel_y_(source.sequence, Dimension::pixel_y, inputs_.keys.pixel),
+      time_(source.sequence, Dimension::time, inputs_.keys.pixel) {
   grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
     valid_[lane] = -1;
     ++lanes_;
@@ -159,7 +161,7 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
     bundle.shift_x = static_cast<float>(px * frame_.vergence);
     bundle.shift_y = static_cast<float>(py * frame_.vergence);
   }
-  RayPacket packet;
+  RayPacket& packet = packet_;
   if (has_avx512()) {
     aim_wide(bundle, corner_x_, corner_y_, traced.jitter_x, traced.jitter_y, packet);
   } else {
@@ -172,12 +174,8 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
   }
   source_.scene.intersect(packet, valid_, Coherence::coherent);
   std::uint64_t rays = lanes_;
-  keys_.index.fill(index);
-  const ShadingInputs inputs{.scene = source_.scene,
-                             .sequence = source_.sequence,
-                             .keys = keys_,
-                             .footprint_rate = source_.texture_width_px * pixel_angle_};
-  shade(inputs, packet, valid_, traced.colors, rays);
+  inputs_.keys.index.fill(index);
+  shade(inputs_, packet, valid_, traced.colors, rays);
   if (has_avx512()) {
     finish_wide(packet, forward_, source_.exposure, traced);
   } else {

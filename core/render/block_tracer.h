@@ -18,11 +18,11 @@ struct SampleSource {
   const Sensor& sensor;
   PupilWarp pupil;
   SampleSequence sequence;
-  bool samples_pupil = true;      // false: every ray through the centre of projection
-  bool falloff = false;           // multiply by the chief ray's cos^4
-  float exposure = 1.0F;          // factor from radiance to pixel value
-  float shutter_seconds = 0.0F;   // > 0: rays are spread over the time the shutter is open
-  float texture_width_px = 0.0F;  // pixels that a texture lookup averages over
+  bool samples_pupil = true;            // false: every ray through the centre of projection
+  bool falloff = false;                 // multiply by the chief ray's cos^4
+  float exposure = 1.0F;                // factor from radiance to pixel value
+  float shutter_seconds = 0.0F;         // > 0: rays are spread over the time the shutter is open
+  float texture_width_px = 0.0F;        // pixels that a texture lookup averages over
   std::uint32_t visible = 0xffffffffU;  // mask of the first rays: what they may meet
 };
 
@@ -69,16 +69,16 @@ class BlockTracer {
   Vec3f down_;
   Vec3f forward_;
   float slope_;
-  float pixel_angle_;
   std::uint32_t block_;
   std::uint32_t lanes_ = 0;  // how many are valid
   alignas(64) LaneMask valid_ = {};
-  SampleKeys keys_ = {};
+  ShadingInputs inputs_;
   alignas(64) LaneFloats corner_x_ = {};  // chief ray's slope at the pixels' upper left corners
   alignas(64) LaneFloats corner_y_ = {};
   LaneSequence pixel_x_;
   LaneSequence pixel_y_;
   LaneSequence time_;
+  RayPacket packet_ = {};
   std::uint32_t chunk_ = 0xffffffffU;  // of kLanes samples, whose pupil points are at hand
   alignas(64) LaneValues pupil_x_ = {};
   alignas(64) LaneValues pupil_y_ = {};

@@ -25,8 +25,7 @@ std::uint64_t trace_block(const SampleSource& source, const BlockGrid& grid, std
     const LaneColors& colors = traced.colors;
     for (std::size_t k = 0; k < kLanes; ++k) sums[k].add(colors.r[k], colors.g[k], colors.b[k]);
   });
-  grid.for_each_pixel(
-      block, [&](std::size_t lane, int x, int y) { film.add(x, y, sums[lane]); });
+  grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) { film.add(x, y, sums[lane]); });
   return rays;
 }
 

@@ -50,10 +50,10 @@ class LayerSink : public SampleSink {
       if (valid[lane] == 0) continue;
       const Rgb light = packet.colors.get(static_cast<int>(lane));
       if (light == Rgb{0, 0, 0}) continue;
-      const double x = left + static_cast<int>(lane) % kBlockSide +
-                       static_cast<double>(packet.jitter_x[lane]);
-      const double y = top + static_cast<int>(lane) / kBlockSide +
-                       static_cast<double>(packet.jitter_y[lane]);
+      const double x =
+          left + static_cast<int>(lane) % kBlockSide + static_cast<double>(packet.jitter_x[lane]);
+      const double y =
+          top + static_cast<int>(lane) / kBlockSide + static_cast<double>(packet.jitter_y[lane]);
       if (is_far_outside(x, y)) continue;
       const double defocus = optics_.defocus(static_cast<double>(packet.depth[lane]));
       DepthNodes::Place place = nodes_.place(defocus);

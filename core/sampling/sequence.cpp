@@ -113,13 +113,12 @@ FSTOP_KERNEL void scramble_one(std::uint32_t bits, const LaneWords& keys, LaneFl
     values[i] = static_cast<float>(static_cast<std::int32_t>(word)) * 0x1p-24F;
   }
 }
-FSTOP_AVX512 void scramble_one_wide(std::uint32_t bits, const LaneWords& keys,
-                                    LaneFloats& values) {
+FSTOP_AVX512 void scramble_one_wide(std::uint32_t bits, const LaneWords& keys, LaneFloats& values) {
   scramble_one(bits, keys, values);
 }
 
-FSTOP_KERNEL void scramble_all(const LaneWords& bits, const LaneWords& pixels,
-                               std::uint32_t stream, LaneValues& values) {
+FSTOP_KERNEL void scramble_all(const LaneWords& bits, const LaneWords& pixels, std::uint32_t stream,
+                               LaneValues& values) {
   for (std::size_t i = 0; i < kLanes; ++i) {
     const std::uint32_t word = reversed(scrambled(bits[i], stream_key(stream, pixels[i])));
     values[i] = static_cast<double>(word) * 0x1p-32;
@@ -149,8 +148,7 @@ void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
 LaneSequence::LaneSequence(const SampleSequence& sequence, Dimension dimension,
                            const LaneWords& pixels) noexcept
     : dimension_(static_cast<std::size_t>(dimension)) {
-  const std::uint32_t stream =
-      hash_of(sequence.seed_, static_cast<std::uint32_t>(dimension));
+  const std::uint32_t stream = hash_of(sequence.seed_, static_cast<std::uint32_t>(dimension));
   for (std::size_t i = 0; i < kLanes; ++i) keys_[i] = stream_key(stream, pixels[i]);
 }
 

@@ -11,9 +11,10 @@ namespace fstop {
 // The corners of every lane's triangle: positions, vertex normals and texture coordinates.
 struct alignas(64) SurfaceTable::Corners {
   using Lanes = std::array<float, kLanes>;
-  Lanes p[3][3] = {};   // [corner][axis]
-  Lanes n[3][3] = {};   // zero where the triangle is flat
-  Lanes uv[3][2] = {};  // [corner][u, v]
+  // Not initialised, as only lanes that are loaded count: zeros would cost more than the loads.
+  Lanes p[3][3];   // [corner][axis]
+  Lanes n[3][3];   // zero where the triangle is flat
+  Lanes uv[3][2];  // [corner][u, v]
 };
 
 namespace {
@@ -24,8 +25,8 @@ struct LaneSet {
   std::size_t first = 0;
 };
 
-FSTOP_KERNEL void interpolate_uv(const RayPacket& packet, const std::array<float, kLanes> (&uv)[3][2],
-                                 LaneSurfaces& s) {
+FSTOP_KERNEL void interpolate_uv(const RayPacket& packet,
+                                 const std::array<float, kLanes> (&uv)[3][2], LaneSurfaces& s) {
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float b1 = packet.u[k];
     const float b2 = packet.v[k];
@@ -69,8 +70,7 @@ FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet,
     const float along = nx * fx + ny * fy + nz * fz;
     const bool smooth = normal_length > 0.0F;
     // The shading normal lies on the geometric one's side, and both on the ray's.
-    const float towards =
-        fx * packet.dir_x[k] + fy * packet.dir_y[k] + fz * packet.dir_z[k];
+    const float towards = fx * packet.dir_x[k] + fy * packet.dir_y[k] + fz * packet.dir_z[k];
     const float side = towards > 0.0F ? -1.0F : 1.0F;
     const float turn = (along < 0.0F ? -side : side) / (smooth ? normal_length : 1.0F);
     s.outside[k] = towards > 0.0F ? 0 : -1;
@@ -86,8 +86,7 @@ FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet,
     const float reach = std::max(largest(p[0][0][k], p[0][1][k], p[0][2][k]),
                                  std::max(largest(p[1][0][k], p[1][1][k], p[1][2][k]),
                                           largest(p[2][0][k], p[2][1][k], p[2][2][k])));
-    s.error[k] =
-        kHitError * std::max(reach, largest(s.shift_x[k], s.shift_y[k], s.shift_z[k]));
+    s.error[k] = kHitError * std::max(reach, largest(s.shift_x[k], s.shift_y[k], s.shift_z[k]));
   }
 }
 
@@ -162,18 +161,18 @@ SurfaceTable::SurfaceTable(const Scene& scene,
 
 void SurfaceTable::load(const Row& row, std::uint32_t primitive, bool geometry, std::size_t lane,
                         Corners& corners) const noexcept {
+  constexpr std::array<float, 3> kNone = {0.0F, 0.0F, 0.0F};
   const auto& t = row.triangles[primitive];
   for (std::size_t c = 0; c < 3; ++c) {
-    if (row.uvs != nullptr) {
-      corners.uv[c][0][lane] = row.uvs[t[c]][0];
-      corners.uv[c][1][lane] = row.uvs[t[c]][1];
-    }
+    corners.uv[c][0][lane] = row.uvs != nullptr ? row.uvs[t[c]][0] : 0.0F;
+    corners.uv[c][1][lane] = row.uvs != nullptr ? row.uvs[t[c]][1] : 0.0F;
     if (!geometry) continue;
     const auto& p = row.positions[t[c]];
-    for (std::size_t axis = 0; axis < 3; ++axis) corners.p[c][axis][lane] = p[axis];
-    if (row.normals == nullptr) continue;
-    const auto& n = row.normals[t[c]];
-    for (std::size_t axis = 0; axis < 3; ++axis) corners.n[c][axis][lane] = n[axis];
+    const auto& n = row.normals != nullptr ? row.normals[t[c]] : kNone;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      corners.p[c][axis][lane] = p[axis];
+      corners.n[c][axis][lane] = n[axis];
+    }
   }
 }
 

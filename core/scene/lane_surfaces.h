@@ -14,14 +14,15 @@ struct alignas(64) LaneSurfaces {
   using Lanes = std::array<T, kLanes>;
 
   Lanes<std::int32_t> material = {};  // index into Scene::materials; -1: nothing was hit
-  Lanes<float> u = {}, v = {}, uv_per_metre = {};
-  // Filled where the material answers to lights, reflects or transmits.
-  Lanes<float> x = {}, y = {}, z = {};            // position, world, metres
-  Lanes<float> face_x = {}, face_y = {}, face_z = {};  // geometric normal, on the ray's side
-  Lanes<float> normal_x = {}, normal_y = {}, normal_z = {};  // shading normal, turned with it
-  Lanes<float> error = {};        // metres: new rays start this far off the surface
-  Lanes<float> shift_x = {}, shift_y = {}, shift_z = {};  // how far the object has moved, metres
-  Lanes<std::int32_t> outside = {};  // -1 where the winding's normal pointed to the ray's origin
+  // Not initialised: zeros would cost more than the surfaces. Texture coordinates hold where the
+  // material has a texture, the rest where it answers to lights, reflects or transmits.
+  Lanes<float> u, v, uv_per_metre;
+  Lanes<float> x, y, z;                       // position, world, metres
+  Lanes<float> face_x, face_y, face_z;        // geometric normal, on the ray's side
+  Lanes<float> normal_x, normal_y, normal_z;  // shading normal, turned with it
+  Lanes<float> error;                         // metres: new rays start this far off the surface
+  Lanes<float> shift_x = {}, shift_y = {}, shift_z = {};  // how far the object moved, metres
+  Lanes<std::int32_t> outside;  // -1 where the winding's normal pointed to the ray's origin
 
   Vec3f position(std::size_t k) const noexcept { return {x[k], y[k], z[k]}; }
   Vec3f face(std::size_t k) const noexcept { return {face_x[k], face_y[k], face_z[k]}; }

@@ -188,6 +188,8 @@ RayScene::RayScene(Scene scene)
     }
     add_object(object);
     const Material& surface = scene_.materials[static_cast<std::size_t>(object.material)];
+    lit_ = lit_ || (!scene_.lights.empty() && surface.model != ShadingModel::unlit);
+    branches_ = branches_ || surface.reflection > 0.0 || surface.transmission > 0.0;
     has_thin_sheets_ = has_thin_sheets_ || (surface.transmission > 0.0 && !surface.ior);
   }
   table_ = SurfaceTable(scene_, uv_per_metre_);

@@ -53,6 +53,10 @@ class RayScene {
     return textures_[static_cast<std::size_t>(index)];
   }
   bool moves() const noexcept { return moves_; }
+  /// There are lights, and surfaces that answer to them.
+  bool lit() const noexcept { return lit_; }
+  /// Something reflects or transmits.
+  bool branches() const noexcept { return branches_; }
   /// Something lets light through straight on, so that shadow rays need transmittance().
   bool has_thin_sheets() const noexcept { return has_thin_sheets_; }
 
@@ -96,6 +100,8 @@ class RayScene {
   SurfaceTable table_;
   std::unique_ptr<Acceleration> acceleration_;
   bool moves_ = false;
+  bool lit_ = false;
+  bool branches_ = false;
   bool has_thin_sheets_ = false;
 };
 

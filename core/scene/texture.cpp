@@ -255,8 +255,7 @@ Rgb Texture::sample(float u, float v, float footprint) const noexcept {
 }
 
 void Texture::sample(const LaneMask& valid, const std::array<float, kLanes>& u,
-                     const std::array<float, kLanes>& v,
-                     const std::array<float, kLanes>& footprint,
+                     const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
                      LaneColors& colors) const noexcept {
   LaneLookups lookups;
   const bool repeats = wrap_ == TextureWrap::repeat;
@@ -266,33 +265,37 @@ void Texture::sample(const LaneMask& valid, const std::array<float, kLanes>& u,
   } else {
     prepare(u, v, footprint, repeats, coarsest, lookups);
   }
-  // The lanes of a coherent packet mostly read one pair of levels.
-  int level = -1;
-  bool one_level = filter_ != TextureFilter::nearest;
-  bool blends = false;
+  // All lanes read one pair of levels, the finest that any needs: where a packet's footprints
+  // differ by more than a level, lanes read too sharp rather than too soft.
+  float finest = coarsest;
+  float softest = 0.0F;
   for (std::size_t k = 0; k < kLanes; ++k) {
-    if (valid[k] == 0) continue;
-    const int finer = static_cast<int>(lookups.lod[k]);
-    if (level < 0) level = finer;
-    one_level = one_level && level == finer;
-    blends = blends || lookups.lod[k] > static_cast<float>(finer);
+    const float lod = lookups.lod[k];
+    finest = valid[k] != 0 && lod < finest ? lod : finest;
+    softest = valid[k] != 0 && lod > softest ? lod : softest;
   }
-  if (level < 0) return;
-  if (!one_level) {
+  if (filter_ == TextureFilter::nearest) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] != 0) colors.set(static_cast<int>(k), sample(u[k], v[k], footprint[k]));
     }
     return;
   }
-  const auto finer = static_cast<std::size_t>(level);
-  const Taps fine = taps(levels_[finer], lookups.u, lookups.v);
-  const Taps coarse = blends ? taps(levels_[finer + 1], lookups.u, lookups.v) : Taps{};
+  const auto level = static_cast<std::size_t>(finest);
+  const auto base = static_cast<float>(level);
+  const Taps fine = taps(levels_[level], lookups.u, lookups.v);
+  alignas(64) std::array<Texel, kLanes> texels;
+  for (std::size_t k = 0; k < kLanes; ++k) texels[k] = blended(fine, k);
+  if (softest > base) {
+    const Taps coarse = taps(levels_[level + 1], lookups.u, lookups.v);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const float blend = std::clamp(lookups.lod[k] - base, 0.0F, 1.0F);
+      texels[k] += blend * (blended(coarse, k) - texels[k]);
+    }
+  }
   for (std::size_t k = 0; k < kLanes; ++k) {
-    if (valid[k] == 0) continue;
-    Texel texel = blended(fine, k);
-    const float blend = lookups.lod[k] - static_cast<float>(level);
-    if (blend > 0.0F) texel += blend * (blended(coarse, k) - texel);
-    colors.set(static_cast<int>(k), {texel[0], texel[1], texel[2]});
+    colors.r[k] = texels[k][0];
+    colors.g[k] = texels[k][1];
+    colors.b[k] = texels[k][2];
   }
 }
 

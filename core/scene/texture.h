@@ -22,7 +22,7 @@ class Texture {
   /// samples of a pixel.
   Rgb sample(float u, float v, float footprint) const noexcept;
 
-  /// The same for every valid lane of a packet.
+  /// The same for every lane of a packet; lanes that are not valid get some texel.
   void sample(const LaneMask& valid, const std::array<float, kLanes>& u,
               const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
               LaneColors& colors) const noexcept;

@@ -25,14 +25,14 @@ class SurfaceColors {
  public:
   SurfaceColors(const ShadingInputs& in, const RayPacket& packet, const LaneFloats& path_length,
                 const LaneSurfaces& surfaces)
-      : in_(in), packet_(packet), surfaces_(surfaces),
-        sources_(in.scene, surfaces, footprint_) {
+      : in_(in), packet_(packet), surfaces_(surfaces), sources_(in.scene, surfaces, footprint_) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       footprint_[k] = in.footprint_rate * (path_length[k] + packet.far[k]);
     }
   }
 
-  void find(LaneColors& colors, LitLanes& lit) {
+  /// `lit` may be null where there are no lights.
+  void find(LaneColors& colors, LitLanes* lit) {
     alignas(64) LaneMask done = {};
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (done[k] != 0 || surfaces_.material[k] < 0) continue;
@@ -46,7 +46,7 @@ class SurfaceColors {
   }
 
  private:
-  void add(const Material& material, const LaneMask& lanes, LaneColors& colors, LitLanes& lit) {
+  void add(const Material& material, const LaneMask& lanes, LaneColors& colors, LitLanes* lit) {
     sources_.next_material();
     LaneColors color;
     sources_.at(material.emission, lanes, color);
@@ -62,6 +62,11 @@ class SurfaceColors {
       }
     }
     copy_lanes(lanes, color, colors);
+    if (lit != nullptr) add_answer(material, lanes, *lit);
+  }
+
+  // How a material's lanes answer to light.
+  void add_answer(const Material& material, const LaneMask& lanes, LitLanes& lit) {
     LaneColors answer;
     sources_.at(material.diffuse, lanes, answer);
     copy_lanes(lanes, answer, lit.diffuse);
@@ -78,8 +83,8 @@ class SurfaceColors {
       lit.blinn[k] = lanes[k] != 0 ? blinn : lit.blinn[k];
       lit.shininess[k] = lanes[k] != 0 ? shininess : lit.shininess[k];
       if (lanes[k] == 0) continue;
-      lit.any_gouraud = lit.any_gouraud || in_.scene.interpolation(packet_.object[k]) ==
-                                               Interpolation::gouraud;
+      lit.any_gouraud =
+          lit.any_gouraud || in_.scene.interpolation(packet_.object[k]) == Interpolation::gouraud;
     }
   }
 
@@ -138,13 +143,11 @@ class LightPass {
       const Surface surface = in_.scene.surface(packet_, lane);
       const Vec3f eye = packet_.origin(lane);
       const std::array<Corner, 3> corners = in_.scene.corners(surface);
-      const std::array<float, 3> weights = {1.0F - surface.b1 - surface.b2, surface.b1,
-                                            surface.b2};
+      const std::array<float, 3> weights = {1.0F - surface.b1 - surface.b2, surface.b1, surface.b2};
       ReflectionTerms sum;
       for (std::size_t i = 0; i < 3; ++i) {
-        const IncidentLight incident =
-            incident_light(light, corners[i].position, static_cast<float>(u_[k]),
-                           static_cast<float>(v_[k]));
+        const IncidentLight incident = incident_light(
+            light, corners[i].position, static_cast<float>(u_[k]), static_cast<float>(v_[k]));
         const ReflectionTerms at_corner =
             reflection_terms(in_.scene.material(surface), corners[i].normal, incident.to_light,
                              normalized(eye - corners[i].position));
@@ -170,9 +173,8 @@ class LightPass {
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (asked[k] == 0) continue;
       const int lane = static_cast<int>(k);
-      const float passed =
-          in_.scene.transmittance(shadow_.origin(lane), shadow_.direction(lane), shadow_.far[k],
-                                  shadow_.time[k]);
+      const float passed = in_.scene.transmittance(shadow_.origin(lane), shadow_.direction(lane),
+                                                   shadow_.far[k], shadow_.time[k]);
       colors.r[k] += passed * share_.r[k];
       colors.g[k] += passed * share_.g[k];
       colors.b[k] += passed * share_.b[k];
@@ -196,10 +198,14 @@ void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneM
                    std::uint64_t& rays) noexcept {
   const Scene& scene = in.scene.scene();
   in.scene.surfaces(packet, valid, surfaces);
-  for (int lane = 0; lane < kLanes; ++lane) colors.set(lane, scene.background);
+  colors.r.fill(scene.background[0]);
+  colors.g.fill(scene.background[1]);
+  colors.b.fill(scene.background[2]);
+  SurfaceColors own(in, packet, path_length, surfaces);
+  if (!in.scene.lit()) return own.find(colors, nullptr);
   LitLanes lit;
-  SurfaceColors(in, packet, path_length, surfaces).find(colors, lit);
-  if (!lit.any || scene.lights.empty()) return;
+  own.find(colors, &lit);
+  if (!lit.any) return;
   LightPass pass(in, packet, surfaces, lit);
   std::uint32_t number = 0;
   for (const Light& light : scene.lights) pass.run(light, number++, colors, rays);

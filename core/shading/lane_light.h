@@ -1,15 +1,15 @@
 #pragma once
 
+#include "core/sampling/sequence.h"
 #include "core/scene/lane_colors.h"
 #include "core/scene/lane_surfaces.h"
-#include "core/sampling/sequence.h"
 
 namespace fstop {
 
 /// The lanes of a packet that answer to lights, and how.
 struct alignas(64) LitLanes {
   LaneMask mask = {};
-  LaneColors diffuse = {};
+  LaneColors diffuse = {};  // black in other lanes
   LaneColors specular = {};
   LaneFloats shininess = {};
   LaneMask blinn = {};  // all bits set where the half vector is meant
@@ -20,15 +20,17 @@ struct alignas(64) LitLanes {
 
 /// One light as every lane receives it, before shadows: `IncidentLight` lane by lane.
 struct alignas(64) LaneLight {
-  LaneFloats x = {}, y = {}, z = {};  // to the light, unit
-  LaneFloats distance = {};           // metres; infinite for a directional light
-  LaneFloats factor = {};             // f_radial f_angular
+  // Not initialised: incident_light fills all.
+  LaneFloats x, y, z;   // to the light, unit
+  LaneFloats distance;  // metres; infinite for a directional light
+  LaneFloats factor;    // f_radial f_angular
 };
 
 /// ReflectionTerms lane by lane.
 struct alignas(64) LaneTerms {
-  LaneFloats diffuse = {};
-  LaneFloats specular = {};
+  // Not initialised: reflection_terms fills both.
+  LaneFloats diffuse;
+  LaneFloats specular;
 };
 
 /// `light` at every surface; `u`, `v` in [0, 1) choose the point of an area light.

@@ -103,9 +103,8 @@ class PacketTree {
       const Vec3f direction = from.packet.direction(static_cast<int>(k));
       const Material& material = in_.scene.material(from.surfaces.material[k]);
       const bool outside = from.surfaces.outside[k] != 0;
-      result.set(k, material.ior
-                        ? bent(direction, from.surfaces.normal(k), *material.ior, outside)
-                        : direction);
+      result.set(k, material.ior ? bent(direction, from.surfaces.normal(k), *material.ior, outside)
+                                 : direction);
     }
     return result;
   }
@@ -164,6 +163,11 @@ class PacketTree {
 
 void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
            LaneColors& colors, std::uint64_t& rays) noexcept {
+  if (!in.scene.branches()) {
+    LaneSurfaces surfaces;
+    shade_locally(in, packet, valid, LaneFloats{}, surfaces, colors, rays);
+    return;
+  }
   alignas(64) LaneFloats weight;
   weight.fill(1.0F);
   PacketTree(in, rays).shade(packet, valid, weight, LaneFloats{}, in.depth, colors);
