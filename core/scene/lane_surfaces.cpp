@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "core/scene/ray_scene.h"
 #include "core/simd.h"
@@ -19,9 +20,9 @@ struct alignas(64) SurfaceTable::Corners {
 
 namespace {
 
+// The lanes that hit something.
 struct LaneSet {
   bool any = false;
-  bool uniform = false;  // one triangle fills the packet
   std::size_t first = 0;
 };
 
@@ -208,19 +209,25 @@ void SurfaceTable::fill(const RayPacket& packet, const LaneMask& valid,
   // One triangle under all lanes: its corners are loaded once.
   LaneSet lanes;
   bool uniform = true;
+  bool all_triangles = true;
   for (std::size_t k = 0; k < kLanes; ++k) {
     if (valid[k] == 0 || packet.object[k] == kNoHit) {
       s.material[k] = -1;
+      all_triangles = false;
       continue;
     }
     if (!lanes.any) lanes.first = k;
     lanes.any = true;
     uniform = uniform && packet.object[k] == packet.object[lanes.first] &&
               packet.primitive[k] == packet.primitive[lanes.first];
-    s.material[k] = rows_[packet.object[k]].material;
+    const Row& row = rows_[packet.object[k]];
+    s.material[k] = row.material;
+    all_triangles = all_triangles && row.positions != nullptr;
   }
   if (!lanes.any) return;
   Corners corners;
+  // What lies in memory by chance may be denormal numbers, which are slow.
+  if (!all_triangles) std::memset(&corners, 0, sizeof corners);
   bool any_uv = false;
   bool any_geometry = false;
   bool any_sphere = false;
