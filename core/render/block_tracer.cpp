@@ -1,6 +1,8 @@
 #include "core/render/block_tracer.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/shading/ray_tree.h"
 #include "core/simd.h"
@@ -185,14 +187,34 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
   return rays;
 }
 
+float BlockTracer::least_defocus(const TracedPacket& traced) const noexcept {
+  const auto focus = static_cast<float>(frame_.vergence);
+  const Scene& scene = source_.scene.scene();
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float off = std::abs(focus - 1.0F / traced.depth[k]);
+    least = valid_[k] != 0 && off < least ? off : least;
+  }
+  if (!source_.scene.branches()) return least;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    if (valid_[k] == 0 || packet_.object[k] == kNoHit) continue;
+    const auto material = static_cast<std::size_t>(scene.objects[packet_.object[k]].material);
+    const Material& m = scene.materials[material];
+    if (m.reflection > 0.0 || m.transmission > 0.0) return 0.0F;
+  }
+  return least;
+}
+
 std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
                                  BlockSums& sums) noexcept {
   std::uint64_t rays = 0;
+  float least = sums.least_defocus;
   const bool wide = has_avx512();
   for (std::uint32_t done = 0; done < count; done += kLanes) {
     PartialSums partial;
     rays += trace(first + done, std::min<std::uint32_t>(kLanes, count - done),
                   [&](const TracedPacket& traced) {
+                    least = std::min(least, least_defocus(traced));
                     if (wide) return add_wide(traced.colors, partial);
                     add(traced.colors, partial);
                   });
@@ -202,6 +224,7 @@ std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
       sums.value[2][k] += static_cast<double>(partial.b[k]);
     }
   }
+  sums.least_defocus = least;
   return rays;
 }
 

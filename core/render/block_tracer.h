@@ -41,6 +41,9 @@ class BlockTracer {
  public:
   BlockTracer(const SampleSource& source, const BlockGrid& grid, std::size_t block) noexcept;
 
+  /// Blur diameter in pixels of a vergence of 1/metre beside the focus.
+  double blur_px() const noexcept { return 2.0 * frame_.radius / frame_.slope; }
+
   /// Lanes whose pixel lies in the picture.
   const LaneMask& valid() const noexcept { return valid_; }
 
@@ -60,6 +63,8 @@ class BlockTracer {
   std::uint64_t trace(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
 
  private:
+  // Smallest distance from the focus, 1/metre, of what the packet's valid lanes have met.
+  float least_defocus(const TracedPacket& traced) const noexcept;
   std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
   void choose_pupil_points(std::uint32_t chunk) noexcept;
 
