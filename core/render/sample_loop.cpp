@@ -45,13 +45,14 @@ void choose_points(const SampleSource& source, const SampleKeys& keys, TracedPac
 
 template <typename AnyCamera>
 void aim(const AnyCamera& camera, const TracedPacket& traced, const LanePoints& points,
-         RayPacket& packet) {
+         std::uint32_t mask, RayPacket& packet) {
   for (int i = 0; i < kLanes; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Ray ray = camera.ray({traced.raster_x[k], traced.raster_y[k]},
                                {points.pupil_x[k], points.pupil_y[k]});
     packet.set(i, to_float(ray.origin), to_float(ray.direction), kFar,
                static_cast<float>(points.time[k]));
+    packet.mask[k] = mask;
   }
 }
 
@@ -68,7 +69,7 @@ std::uint64_t trace_with(const SampleSource& source, const AnyCamera& camera,
   LanePoints points;
   choose_points(source, keys, traced, points);
   RayPacket packet;
-  aim(camera, traced, points, packet);
+  aim(camera, traced, points, source.mask, packet);
   source.scene.intersect(packet, valid, Coherence::coherent);
   std::uint64_t rays = 0;
   for (const std::int32_t lane : valid) rays += lane != 0 ? 1U : 0U;
