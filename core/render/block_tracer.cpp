@@ -32,7 +32,7 @@ struct Bundle {
   float slope = 0.0F;
   float shift_x = 0.0F;  // of the slopes, by the pupil point
   float shift_y = 0.0F;
-  std::uint32_t visible = 0;
+  std::uint32_t mask = 0;
 };
 
 FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const LaneFloats& corner_y,
@@ -52,7 +52,7 @@ FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const La
     packet.dir_y[k] = dy * scale;
     packet.dir_z[k] = dz * scale;
     packet.far[k] = kFar;
-    packet.mask[k] = bundle.visible;
+    packet.mask[k] = bundle.mask;
     packet.id[k] = 0;
     packet.flags[k] = 0;
     packet.object[k] = kNoHit;
@@ -154,7 +154,7 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
                 .down = down_,
                 .forward = forward_,
                 .slope = slope_,
-                .visible = source_.visible};
+                .mask = source_.mask};
   if (source_.samples_pupil) {
     if (index / kLanes != chunk_) choose_pupil_points(index / kLanes);
     const double px = pupil_x_[index % kLanes] * frame_.radius;

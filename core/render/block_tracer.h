@@ -18,12 +18,12 @@ struct SampleSource {
   const Sensor& sensor;
   PupilWarp pupil;
   SampleSequence sequence;
-  bool samples_pupil = true;            // false: every ray through the centre of projection
-  bool falloff = false;                 // multiply by the chief ray's cos^4
-  float exposure = 1.0F;                // factor from radiance to pixel value
-  float shutter_seconds = 0.0F;         // > 0: rays are spread over the time the shutter is open
-  float texture_width_px = 0.0F;        // pixels that a texture lookup averages over
-  std::uint32_t visible = 0xffffffffU;  // mask of the first rays: what they may meet
+  bool samples_pupil = true;         // false: every ray through the centre of projection
+  bool falloff = false;              // multiply by the chief ray's cos^4
+  float exposure = 1.0F;             // factor from radiance to pixel value
+  float shutter_seconds = 0.0F;      // > 0: rays are spread over the time the shutter is open
+  float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
+  std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
 };
 
 /// A packet of complete samples: where they were taken, what they saw and how far off.
