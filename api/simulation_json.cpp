@@ -27,6 +27,7 @@ constexpr Named<EffectChoice> kEffectChoices[] = {
 constexpr Named<std::string_view> kMethods[] = {{"auto", "auto"},
                                                 {"pinhole", "pinhole"},
                                                 {"lens-reconstruction", "lens-reconstruction"},
+                                                {"bokeh-splatting", "bokeh-splatting"},
                                                 {"lens-sampling", "lens-sampling"},
                                                 {"wave", "wave"}};
 constexpr Named<bool> kSpectra[] = {{"rgb", false}, {"monochromatic", true}};

@@ -11,6 +11,7 @@
 #include "core/render/allocation.h"
 #include "core/render/defocus_filter.h"
 #include "core/render/sample_loop.h"
+#include "core/render/splatted_light.h"
 
 namespace fstop {
 namespace {
@@ -350,52 +351,60 @@ RenderOutcome finished(Picture& picture, const NoiseEstimate& noise) {
 }
 
 // A forced count: half of it in each replicate.
-RenderOutcome render_exactly(Picture& picture, std::uint32_t samples) {
+NoiseEstimate trace_exactly(Picture& picture, std::uint32_t samples, Sharing* sharing) {
   picture.trace(picture.uniform((samples + 1) / 2, samples / 2), 0.95);
-  RenderOutcome outcome = finished(picture, picture.film().noise());
-  if (samples == 1) outcome.warnings.emplace_back("one sample a pixel: the noise cannot be told");
-  return outcome;
+  const NoiseEstimate raw = picture.film().noise();
+  if (sharing == nullptr || samples < 2) return raw;
+  return sharing->judged(picture.film(), raw, raw.mse).noise;
+}
+
+// Splats are cheap beside samples: they get a tenth of the error, and at most as many points as a
+// forced or timed render traces samples.
+void add_splats(const AdaptiveSpec& spec, SplattedLight& light, Picture& picture,
+                const RunControl& run) {
+  const double pixels = double(kBlockPixels) * static_cast<double>(picture.film().grid().count());
+  const double free = spec.quality.max_time_ms ? pixels : 4e8;
+  light.splat(0.1 * std::pow(spec.quality.max_error, 2), free, picture.film(), run);
 }
 
 }  // namespace
 
-RenderOutcome rendered_adaptively(const SampleSource& source, const QualitySpec& quality,
-                                  std::uint32_t seed, double bias, const RunControl& run) {
-  Picture picture(source, seed, run);
-  if (quality.samples) return render_exactly(picture, static_cast<std::uint32_t>(*quality.samples));
-  Rounds rounds(picture, quality, bias, nullptr);
-  rounds.run();
-  RenderOutcome outcome = finished(picture, rounds.noise());
-  if (!rounds.warning().empty()) outcome.warnings.push_back(rounds.warning());
-  return outcome;
-}
-
-RenderOutcome rendered_sharing(const SampleSource& source, const QualitySpec& quality,
-                               std::uint32_t seed, double bias, const RunControl& run) {
-  Picture picture(source, seed, run);
+RenderOutcome rendered_adaptively(const SampleSource& source, const AdaptiveSpec& spec,
+                                  const RunControl& run) {
+  Picture picture(source, spec.seed, run);
+  std::optional<SplattedLight> light;
+  if (spec.splats != nullptr) {
+    light.emplace(*spec.splats);
+    add_splats(spec, *light, picture, run);
+  }
   const BlockTracer any(source, picture.film().grid(), 0);
-  Sharing sharing(any.blur_px(), run);
+  std::optional<Sharing> sharing;
+  if (spec.shares_samples) sharing.emplace(any.blur_px(), run);
+  Sharing* shared = sharing ? &*sharing : nullptr;
+
   NoiseEstimate noise;
   std::string warning;
-  if (quality.samples) {
-    const auto samples = static_cast<std::uint32_t>(*quality.samples);
-    picture.trace(picture.uniform((samples + 1) / 2, samples / 2), 0.95);
-    const NoiseEstimate raw = picture.film().noise();
-    noise = samples > 1 ? sharing.judged(picture.film(), raw, raw.mse).noise : raw;
+  if (spec.quality.samples) {
+    const auto samples = static_cast<std::uint32_t>(*spec.quality.samples);
+    noise = trace_exactly(picture, samples, shared);
     if (samples == 1) warning = "one sample a pixel: the noise cannot be told";
   } else {
-    Rounds rounds(picture, quality, bias, &sharing);
+    Rounds rounds(picture, spec.quality, spec.bias, shared);
     rounds.run();
     noise = rounds.noise();
     warning = rounds.warning();
   }
   RenderOutcome outcome = finished(picture, noise);
   if (!warning.empty()) outcome.warnings.push_back(warning);
-  if (!sharing.is_better()) return outcome;
-  outcome.color = sharing.picture();
+  if (light) {
+    outcome.rays += light->rays();
+    outcome.splatted_points = light->points();
+  }
+  if (!sharing || !sharing->is_better()) return outcome;
+  outcome.color = sharing->picture();
   outcome.shared =
-      SharedSamples{.widest_window = sharing.widest(),
-                    .bias = std::sqrt(std::max(0.0, sharing.certificate().bias_squared))};
+      SharedSamples{.widest_window = sharing->widest(),
+                    .bias = std::sqrt(std::max(0.0, sharing->certificate().bias_squared))};
   return outcome;
 }
 

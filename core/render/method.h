@@ -33,6 +33,8 @@ struct ShotFacts {
   double edge_area = 0.0;        // of strips as wide as they hide light, likewise
   double blurred_share = 0.0;    // of the probe's points with blur discs over 6 px
   double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
+  int emitters_found = 0;        // small bright ones, in the scene
+  int emitters_splatted = 0;     // of those, that the camera would splat
   bool moves = false;            // something moves while the shutter is open
   bool mirrors = false;          // something reflects or transmits
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
@@ -83,6 +85,7 @@ struct RenderOutcome {
   std::optional<std::vector<EffectLoss>> effects =
       {};  // where rendering learnt more than the quote
   std::optional<SharedSamples> shared = {};
+  double splatted_points = 0.0;  // of emitters, where they were splatted
   std::vector<std::string> warnings = {};
 };
 
