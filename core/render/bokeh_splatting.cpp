@@ -190,8 +190,8 @@ class EmitterSplatter {
     hits.primitive = splats.points.primitive;
     hits.u = splats.points.b1;
     hits.v = splats.points.b2;
-    std::array<Surface, kLanes> surfaces;
-    shade_locally(shading_inputs(keys), hits, splats.visible, 0.0F, surfaces, colors, chunk.rays);
+    LaneSurfaces surfaces;
+    shade_locally(shading_inputs(keys), hits, splats.visible, {}, surfaces, colors, chunk.rays);
     return colors;
   }
 

@@ -1,5 +1,6 @@
 #include "core/render/lens_sampling.h"
 
+#include "core/render/adaptive.h"
 #include "core/render/progressive.h"
 
 namespace fstop {
@@ -22,7 +23,7 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_film(sample_source(shot, camera, true), shot.quality, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
 }
 
 }  // namespace fstop

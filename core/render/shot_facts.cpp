@@ -94,9 +94,9 @@ void probe(const Shot& shot, ShotFacts& facts) {
       ++facts.probe_rays;
     }
     scene.intersect(packet, valid, Coherence::coherent);
-    std::array<Surface, kLanes> surfaces;
+    LaneSurfaces surfaces;
     LaneColors colors;
-    shade_locally(inputs, packet, valid, 0.0F, surfaces, colors, facts.probe_rays);
+    shade_locally(inputs, packet, valid, LaneFloats{}, surfaces, colors, facts.probe_rays);
     for (int lane = 0; lane < kLanes; ++lane) {
       const auto k = static_cast<std::size_t>(lane);
       if (valid[k] == 0) continue;

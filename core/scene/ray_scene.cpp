@@ -26,9 +26,6 @@ static_assert(offsetof(RayPacket, u) == offsetof(RTCRayHit16, hit) + offsetof(RT
 static_assert(offsetof(RayPacket, object) ==
               offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, geomID));
 
-// What interpolation and Embree's own arithmetic may move a point by, relative to the largest
-// coordinate involved: about 30 roundings of 2^-24.
-constexpr float kRelativeError = 2e-6F;
 constexpr double kLargestCoordinate = 1e7;     // metres
 constexpr std::uint32_t kOrdinarySurface = 1;  // bit 0 of masks
 
@@ -242,8 +239,11 @@ RayScene::RayScene(Scene scene)
   for (const Object& object : scene_.objects) {
     add_object(object);
     const Material& surface = scene_.materials[static_cast<std::size_t>(object.material)];
+    lit_ = lit_ || (!scene_.lights.empty() && surface.model != ShadingModel::unlit);
+    branches_ = branches_ || surface.reflection > 0.0 || surface.transmission > 0.0;
     has_thin_sheets_ = has_thin_sheets_ || (surface.transmission > 0.0 && !surface.ior);
   }
+  table_ = SurfaceTable(scene_, uv_per_metre_);
   rtcCommitScene(acceleration_->scene);
   acceleration_->check();
 }
@@ -427,7 +427,7 @@ Surface RayScene::surface(const RayPacket& packet, int lane) const noexcept {
       s.v = b0 * p[1] + s.b1 * q[1] + s.b2 * r[1];
     }
     s.uv_per_metre = uv_per_metre_[s.object][s.primitive];
-    s.error = kRelativeError * std::max({largest(a), largest(b), largest(c), largest(s.shift)});
+    s.error = kHitError * std::max({largest(a), largest(b), largest(c), largest(s.shift)});
   } else {
     const auto& sphere = std::get<SphereObject>(object.shape);
     const Vec3f center = to_float(sphere.center) + s.shift;
@@ -440,7 +440,7 @@ Surface RayScene::surface(const RayPacket& packet, int lane) const noexcept {
     s.v = 0.5F + std::asin(std::clamp(outwards.y, -1.0F, 1.0F)) * 0.31830989F;
     s.uv_per_metre = uv_per_metre_[s.object][0];
     // A grazing hit's distance is uncertain by the square root of a rounding of the radius.
-    s.error = kRelativeError * (largest(center) + 8.0F * radius + packet.far[k]);
+    s.error = kHitError * (largest(center) + 8.0F * radius + packet.far[k]);
   }
   if (dot(outwards, packet.direction(lane)) > 0.0F) {
     s.from_outside = false;
@@ -472,9 +472,9 @@ const Material& RayScene::material(const Surface& s) const noexcept {
   return scene_.materials[static_cast<std::size_t>(scene_.objects[s.object].material)];
 }
 
-Interpolation RayScene::interpolation(const Surface& s) const noexcept {
-  const auto* object = std::get_if<MeshObject>(&scene_.objects[s.object].shape);
-  return object != nullptr ? object->interpolation : Interpolation::phong;
+Interpolation RayScene::interpolation(std::uint32_t object) const noexcept {
+  const auto* mesh = std::get_if<MeshObject>(&scene_.objects[object].shape);
+  return mesh != nullptr ? mesh->interpolation : Interpolation::phong;
 }
 
 std::size_t RayScene::memory_bytes() const noexcept {
