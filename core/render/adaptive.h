@@ -16,6 +16,11 @@ namespace fstop {
 RenderOutcome rendered_adaptively(const SampleSource& source, const QualitySpec& quality,
                                   std::uint32_t seed, double bias, const RunControl& run);
 
+/// The same with samples shared between neighbouring pixels where everything is out of focus, as
+/// far as the certificate shows a gain (see DefocusFilter).
+RenderOutcome rendered_sharing(const SampleSource& source, const QualitySpec& quality,
+                               std::uint32_t seed, double bias, const RunControl& run);
+
 /// Samples of a pixel, both replicates together.
 inline constexpr int kMostSamples = 65536;
 

@@ -191,7 +191,8 @@ class EmitterSplatter {
     hits.u = splats.points.b1;
     hits.v = splats.points.b2;
     LaneSurfaces surfaces;
-    shade_locally(shading_inputs(keys), hits, splats.visible, {}, surfaces, colors, chunk.rays);
+    shade_locally(shading_inputs(keys), hits, splats.visible, LaneFloats{}, surfaces, colors,
+                  chunk.rays);
     return colors;
   }
 

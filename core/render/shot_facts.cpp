@@ -109,6 +109,7 @@ void probe(const Shot& shot, ShotFacts& facts) {
       const double blur = blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch;
       blur_px[static_cast<std::size_t>(begin + lane)] = blur;
       facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(blur));
+      if (std::abs(blur) > 6.0) facts.blurred_share += 1.0 / grid.count();
     }
   }
   facts.contrast = moments.deviation();
