@@ -5,14 +5,14 @@ namespace fstop {
 FilmProjection::FilmProjection(const Camera& camera) {
   std::visit(
       [this](const auto& any) {
-        const Sensor& sensor = any.sensor();
+        const AimFrame frame = any.aim_frame();
         world_from_camera = any.pose();
-        centre = sensor.centre();
-        scale = any.image_distance() / sensor.pixel_pitch;
-        pupil_radius = any.pupil_radius().si();
-        vergence = any.focus_vergence();
-        width = sensor.width;
-        height = sensor.height;
+        centre = frame.centre;
+        scale = 1.0 / frame.slope;
+        pupil_radius = frame.radius;
+        vergence = frame.vergence;
+        width = any.sensor().width;
+        height = any.sensor().height;
       },
       camera);
 }

@@ -34,9 +34,6 @@ class PinholeCamera {
   double falloff(Vec2 raster) const noexcept;
 
   Length image_distance() const noexcept { return Length::si(image_distance_); }
-  Length pupil_radius() const noexcept { return Length::si(pupil_radius_); }
-  /// Rays of one screen point meet behind the hole, on the screen: minus one over its distance.
-  double focus_vergence() const noexcept { return -1.0 / image_distance_; }
   const Sensor& sensor() const noexcept { return sensor_; }
   const Pose& pose() const noexcept { return world_from_camera_; }
 

@@ -41,9 +41,6 @@ class ThinLensCamera {
   double falloff(Vec2 raster) const noexcept;
 
   Length image_distance() const noexcept { return Length::si(image_distance_); }
-  Length pupil_radius() const noexcept { return Length::si(pupil_radius_); }
-  /// One over the focused distance, 1/metres: 0 at infinity.
-  double focus_vergence() const noexcept { return focus_vergence_; }
   const Sensor& sensor() const noexcept { return sensor_; }
   const Pose& pose() const noexcept { return world_from_camera_; }
 

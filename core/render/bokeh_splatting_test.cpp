@@ -44,7 +44,7 @@ struct SplatTrial {
             .sequence = SampleSequence(seed),
             .falloff = falloff,
             .exposure = exposure,
-            .mask = mask};
+            .visible = mask};
   }
 
   CameraSpec spec;

@@ -8,10 +8,9 @@
 namespace fstop {
 namespace {
 
-constexpr double kSmallPx = 4.0;      // a sharp image that few samples of a pixel find
-constexpr double kSmallShare = 0.25;  // of the disc's diameter: 1 of 16 camera rays finds it
-constexpr double kLargePx = 16.0;     // a sharp image that every pixel's camera rays find
-constexpr double kLargeShare = 0.5;   // of the disc's diameter: 1 of 4 camera rays
+constexpr double kSmallPx = 4.0;    // a sharp image that few samples of a pixel find
+constexpr double kLargePx = 16.0;   // one over so many pixels that camera rays show it as well
+constexpr double kWideShare = 0.5;  // of the disc's diameter: one of four camera rays finds it
 // More pairs than these are not compared.
 constexpr std::size_t kMostCompared = 4096;
 
@@ -131,8 +130,8 @@ EmitterChoice emitter_choice(const RayScene& scene, const Camera& camera, double
       continue;
     }
     const SplattedEmitter look = sight.look(emitter, i);
-    const bool is_large = look.sharp_px > kLargePx && look.sharp_px > kLargeShare * look.blur_px;
-    const bool is_small = look.sharp_px < kSmallPx || look.sharp_px < kSmallShare * look.blur_px;
+    const bool is_large = look.sharp_px > kLargePx && look.sharp_px >= kWideShare * look.blur_px;
+    const bool is_small = look.sharp_px < kSmallPx || look.sharp_px < kWideShare * look.blur_px;
     group.refused = group.refused || is_large;
     group.asked = group.asked || (is_small && is_bright);
     seen.push_back(look);

@@ -38,7 +38,7 @@ struct EmitterChoice {
 /// pixel value. A group is splatted if all its members that can reach the film lie before the
 /// pupil as a whole; none has a sharp image over 16 pixels wide that is over half as wide as its
 /// disc, which camera rays find by themselves; and one is brighter than white and small: its
-/// sharp image is under 4 pixels wide or under a quarter of its disc. Members beyond the frame
+/// sharp image is under 4 pixels wide or under half its disc. Members beyond the frame
 /// and the widest disc, or behind the camera, are seen by no camera ray, so that masking them
 /// changes nothing. Deterministic.
 EmitterChoice emitter_choice(const RayScene& scene, const Camera& camera, double exposure);

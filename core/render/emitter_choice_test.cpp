@@ -47,6 +47,24 @@ TEST(EmitterChoice, NothingIsSplattedThatTouchesThePupilPlane) {
   EXPECT_EQ(chosen(scene).camera_mask, 0xffffffffU);
 }
 
+// Beyond the border by 0.3 of the disc's diameter some light comes in; by 0.9, more than even a
+// triangle's corner reaches (0.78), none. At 1 m the disc is A v/p (1/1 - 1/2) wide.
+TEST(EmitterChoice, DiscsReachIntoTheFrame) {
+  const double px_at_1_m = (1.0 / 0.050 - 1.0 / 2.0) * 37.5e-6;  // metres
+  const double blur_px = 0.050 / 1.4 * 0.5 / px_at_1_m;
+  for (const double side : {-1.0, 1.0}) {
+    const RayScene scene(
+        lamps({{.center = {side * (480.0 + 0.3 * blur_px) * px_at_1_m, 0, -1}, .radius = 0.0005},
+               {.center = {0, side * (320.0 + 0.3 * blur_px) * px_at_1_m, -1}, .radius = 0.0005},
+               {.center = {side * (480.0 + 0.9 * blur_px) * px_at_1_m, 0, -1}, .radius = 0.0005}}));
+    const EmitterChoice choice = chosen(scene);
+    ASSERT_EQ(choice.emitters.size(), 2U);
+    EXPECT_EQ(choice.emitters[0].number, 0U);
+    EXPECT_EQ(choice.emitters[1].number, 1U);
+    EXPECT_NEAR(choice.emitters[0].blur_px, blur_px, 0.01 * blur_px);
+  }
+}
+
 // Emitters all around the camera, in 31 groups of several: whatever a camera ray of the unmasked
 // kind hits first is either not splatted at all or on the list.
 TEST(EmitterChoice, NoneThatACameraRayMeetsIsForgotten) {
