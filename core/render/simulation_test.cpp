@@ -165,9 +165,10 @@ TEST(Simulation, PlannerTakesThePinholeWhereNothingIsBlurred) {
   spec.effects.diffraction = EffectChoice::off;
   const Photograph picture = photograph(spec, scene);
   EXPECT_EQ(picture.report.method, "pinhole");
-  ASSERT_EQ(picture.report.passed_over.size(), 2U);
-  EXPECT_EQ(picture.report.passed_over[0].method, "lens-sampling");
-  EXPECT_EQ(picture.report.passed_over[1].method, "wave");
+  ASSERT_EQ(picture.report.passed_over.size(), 3U);
+  EXPECT_EQ(picture.report.passed_over[0].method, "gather");
+  EXPECT_EQ(picture.report.passed_over[1].method, "lens-sampling");
+  EXPECT_EQ(picture.report.passed_over[2].method, "wave");
   spec.camera.optics = small_shot(1.4).camera.optics;
   EXPECT_EQ(photograph(spec, scene).report.method, "lens-sampling");
 }
