@@ -162,7 +162,7 @@ class Sharing {
     } else {
       last_ = tried(film, a, b, *chosen_);
     }
-    const Certificate& c = last_.certificate;
+    const FilterCertificate& c = last_.certificate;
     is_better_ = last_.filter && c.mse_upper_95 < raw.mse_upper_95;
     if (!is_better_) return {.noise = raw, .variance = raw.mse};
     Judgement result{.noise = raw, .variance = c.variance};
@@ -171,7 +171,7 @@ class Sharing {
     return result;
   }
   bool is_better() const { return is_better_; }
-  const Certificate& certificate() const { return last_.certificate; }
+  const FilterCertificate& certificate() const { return last_.certificate; }
 
   /// By block: what filtering leaves of its variance.
   std::vector<float> shares(const BlockGrid& grid) const {
@@ -209,7 +209,7 @@ class Sharing {
   struct Try {
     FilterKind kind = {};
     std::optional<DefocusFilter> filter = {};
-    Certificate certificate = {};
+    FilterCertificate certificate = {};
     Image a = {};
     Image b = {};
   };
@@ -225,12 +225,12 @@ class Sharing {
     }
     result.a = result.filter->applied(a, run_);
     result.b = result.filter->applied(b, run_);
-    result.certificate = certified(*result.filter, a, b, result.a, result.b);
+    result.certificate = filter_certificate(*result.filter, a, b, result.a, result.b);
     return result;
   }
 
   // In units of those there are, by the law of the nets; what bias leaves no room for is infinite.
-  static double samples_needed(const Certificate& c, double goal) {
+  static double samples_needed(const FilterCertificate& c, double goal) {
     const double room = goal - std::max(0.0, c.bias_squared);
     if (room <= 0.0) return std::numeric_limits<double>::infinity();
     return std::pow(c.variance / room, 1.0 / ReplicateFilm::kNetOrder);

@@ -52,7 +52,8 @@ struct EffectLoss {
   double transfer_loss = 0.0;
   std::string why = {};
   bool modelled = false;
-  double offset = 0.0;  // RMSE beside it, whatever the contrast: light lost or gained evenly
+  double offset = 0.0;     // RMSE beside it, whatever the contrast: light lost or gained evenly
+  bool certified = false;  // the outcome's noise holds it already: told, not added
 
   double rmse(double contrast) const { return transfer_loss * contrast + offset; }
 };

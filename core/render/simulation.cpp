@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/render/gather.h"
 #include "core/render/layers.h"
 #include "core/render/lens_sampling.h"
 #include "core/render/pinhole_trace.h"
@@ -59,6 +60,12 @@ std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
   return layers;
 }
 
+// RMSE of what the outcome's noise does not hold already.
+double uncertified_rmse(std::vector<EffectLoss> effects, double contrast) {
+  std::erase_if(effects, [](const EffectLoss& effect) { return effect.certified; });
+  return loss_rmse(effects, contrast);
+}
+
 // The finished image's error: noise and what was left out add in squares, since noise is as
 // often too bright as too dark.
 ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
@@ -78,8 +85,9 @@ std::span<const RenderMethod* const> render_methods() {
   static const LensSampling lens_sampling;
   static const Wave wave;
   static const BokehSplatting bokeh_splatting;
-  static const std::array<const RenderMethod*, 5> methods = {
-      &pinhole, &lens_reconstruction, &bokeh_splatting, &lens_sampling, &wave};
+  static const Gather gather;
+  static const std::array<const RenderMethod*, 6> methods = {
+      &pinhole, &lens_reconstruction, &bokeh_splatting, &gather, &lens_sampling, &wave};
   return methods;
 }
 
@@ -108,7 +116,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   RenderReport& report = photograph.report;
   const double contrast = contrast_of(photograph.color);
   report.model = model_of(shot, facts, plan, contrast);
-  double bias = loss_rmse(plan.quote.error.effects, contrast);
+  double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += facts.branch_error;
   if (facts.mip_maps) {
     const double detail =
