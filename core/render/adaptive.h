@@ -13,8 +13,13 @@ namespace fstop {
 /// A pilot of a few samples a pixel tells how fast each block converges; from then on every round
 /// asks `allocated` for the counts that reach the target and traces them. Counts of a replicate
 /// follow from the other's samples (see ReplicateFilm).
-RenderOutcome rendered_adaptively(const SampleSource& source, const QualitySpec& quality,
-                                  std::uint32_t seed, double bias, const RunControl& run);
+///
+/// With max_time_ms rounds are as large as measured rates say, what is left after the last round
+/// counted in, and end at the deadline whatever is untraced then. Two samples a pixel, one a
+/// replicate, are taken in any case, since with less there is no picture or no error: a warning
+/// says so where they took longer.
+RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot, double bias,
+                                  const RunControl& run);
 
 /// Samples of a pixel, both replicates together.
 inline constexpr int kMostSamples = 65536;

@@ -23,7 +23,7 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot, bias, run);
 }
 
 }  // namespace fstop

@@ -39,8 +39,7 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome PinholeTrace::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = central_projection(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, false), shot.quality, shot.seed, bias,
-                             run);
+  return rendered_adaptively(sample_source(shot, camera, false), shot, bias, run);
 }
 
 }  // namespace fstop
