@@ -65,9 +65,10 @@ Scene mixed_scene(bool moving) {
                      {.model = ShadingModel::phong, .diffuse = {.value = {1, 1, 1}}}};
   for (const auto& [normals, uvs] : {std::pair{true, true}, {false, true}, {true, false}}) {
     for (const Interpolation way : {Interpolation::phong, Interpolation::flat}) {
-      scene.objects.push_back(
-          {.shape = MeshObject{
-               .file = "soup.obj", .interpolation = way, .mesh = soup(random, normals, uvs)}});
+      scene.objects.push_back({.shape = MeshObject{.file = "soup.obj",
+                                                   .interpolation = way,
+                                                   .mesh = soup(random, normals, uvs)},
+                               .material = uvs ? 0 : 2});
     }
   }
   for (int i = 0; i < 6; ++i) {

@@ -3,8 +3,8 @@
 // first picture under way, processor time of all threads, the error told and, of some, the true
 // one.
 //
-// Arguments: threads (default: those of the machine, and 4), then scenes by the beginning of their
-// names.
+// Arguments: threads (default: those of the machine), scenes by the beginning of their names, and
+// how many changes (default: 100).
 
 #include <algorithm>
 #include <chrono>
@@ -30,8 +30,7 @@ namespace {
 
 constexpr int kWidth = 640;
 constexpr int kHeight = 427;
-constexpr int kChanges = 100;
-constexpr int kTruthEvery = 50;
+constexpr int kTruths = 2;  // how many changes are held against the truth
 constexpr int kTruthSamples = 64;
 
 Scene bundled_scene(const std::string& name) {
@@ -56,8 +55,8 @@ double quantile(std::vector<double> values, double share) {
 }
 
 // How somebody turns the rings: the focus from 1 to 6 m and back, the aperture from f/1.4 to f/16.
-SimulationSpec change(SimulationSpec spec, int i) {
-  const double turn = std::abs(2.0 * i / kChanges - 1.0);
+SimulationSpec change(SimulationSpec spec, int i, int changes) {
+  const double turn = std::abs(2.0 * i / changes - 1.0);
   const double focus = 1.0 * std::pow(6.0, turn);
   const double f_number = 1.4 * std::pow(2.0, 0.5 * (i % 8));
   spec.camera.optics = LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number},
@@ -99,13 +98,13 @@ struct Figures {
   int late = 0;
 };
 
-Figures measured(const RayScene& scene, const QualitySpec& quality, double limit_ms,
+Figures measured(const RayScene& scene, const QualitySpec& quality, double limit_ms, int changes,
                  WorkerPool& workers) {
   Figures figures;
   SimulationSpec spec = preview_spec();
   spec.quality = quality;
-  for (int i = -3; i < kChanges; ++i) {  // three to warm up
-    const SimulationSpec shot = change(spec, std::max(0, i));
+  for (int i = -3; i < changes; ++i) {  // three to warm up
+    const SimulationSpec shot = change(spec, std::max(0, i), changes);
     RunControl run{.workers = &workers};
     const double start = wall_ms();
     const double cpu = cpu_ms();
@@ -122,7 +121,7 @@ Figures measured(const RayScene& scene, const QualitySpec& quality, double limit
     figures.bound.push_back(photograph.report.error.upper_95);
     figures.samples.push_back(photograph.report.cost.samples_mean);
     if (wall > limit_ms) ++figures.late;
-    if (i % kTruthEvery != 0) continue;
+    if (i % std::max(1, changes / kTruths) != 0) continue;
     figures.truth.push_back(true_error(photograph.color, shot, scene, run));
     figures.told.push_back(photograph.report.error.estimate);
     figures.told_bound.push_back(photograph.report.error.upper_95);
@@ -142,12 +141,12 @@ void row(const std::string& scene, const char* quality, const Figures& f) {
   std::fflush(stdout);
 }
 
-void previews(const std::string& name, const RayScene& scene, int threads) {
+void previews(const std::string& name, const RayScene& scene, int threads, int changes) {
   WorkerPool workers(threads);
   const double limit = threads >= 4 ? 33.0 : 60.0;
   const QualitySpec in_time{.max_error = 0.01, .max_time_ms = limit};
-  row(name, threads >= 4 ? "33 ms" : "60 ms", measured(scene, in_time, limit, workers));
-  row(name, "max_error 0.05", measured(scene, {.max_error = 0.05}, limit, workers));
+  row(name, threads >= 4 ? "33 ms" : "60 ms", measured(scene, in_time, limit, changes, workers));
+  row(name, "max_error 0.05", measured(scene, {.max_error = 0.05}, limit, changes, workers));
 }
 
 double load() {
@@ -164,19 +163,20 @@ int main(int argc, char** argv) {
   std::vector<int> counts = {cores};
   if (argc > 1) counts = {std::atoi(argv[1])};
   const std::string_view wanted = argc > 2 ? argv[2] : "";
+  const int changes = argc > 3 ? std::max(1, std::atoi(argv[3])) : 100;
   for (const int threads : counts) {
     std::printf(
         "\n%d threads on a machine of %d processors, load average %.1f: where others work, wall "
         "times\ntell of them too. %d changes each; ms, median and 95 %%; late: over the limit.\n"
-        "True error / estimate < bound, of every %dth.\n\n",
-        threads, cores, load(), kChanges, kTruthEvery);
+        "True error / estimate < bound, of %d.\n\n",
+        threads, cores, load(), changes, kTruths);
     std::fflush(stdout);
     std::printf("%-12s %-15s %13s %13s %15s %6s %7s %8s\n", "scene", "asked for", "first picture",
                 "finished", "processor", "late", "samples", "bound");
     const auto with = [&](const std::string& name, auto make) {
       if (!name.starts_with(wanted)) return;
       const RayScene scene(make());
-      previews(name, scene, threads);
+      previews(name, scene, threads, changes);
     };
     with("still-life", [] { return bundled_scene("still-life"); });
     with("slats", [] { return bench_slats(); });
