@@ -194,7 +194,7 @@ Image DefocusFilter::applied(const Image& picture, const RunControl& run) const 
 }
 
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
-                      const Image& filtered_a, const Image& filtered_b) {
+                                     const Image& filtered_a, const Image& filtered_b) {
   constexpr int kUnitTiles = 2;  // along a unit's side
   const int unit_columns = (filter.columns() + kUnitTiles - 1) / kUnitTiles;
   const int unit_rows = (filter.rows() + kUnitTiles - 1) / kUnitTiles;

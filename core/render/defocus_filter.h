@@ -76,6 +76,6 @@ struct FilterCertificate {
 /// to [0,1] for the variance. The bound takes areas of 16 x 16 pixels as units and doubles their
 /// scatter for what neighbours share.
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
-                      const Image& filtered_a, const Image& filtered_b);
+                                     const Image& filtered_a, const Image& filtered_b);
 
 }  // namespace fstop

@@ -33,7 +33,8 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
           .sensor = sensor_of(spec.camera, spec.width, spec.height),
           .quality = spec.quality,
           .effects = spec.effects,
-          .seed = spec.seed};
+          .seed = spec.seed,
+          .wants_variance = std::ranges::count(spec.outputs, Output::variance) > 0};
 }
 
 // The picture that a perfect lens with everything in focus would give, from as many samples.
@@ -99,7 +100,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                 "needs shutter_s of at most 64 s where objects move, or effects.motion off");
   }
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
-  const ShotFacts facts = facts_of(shot);
+  const ShotFacts facts = facts_of(shot, run);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
   const double expected_detail =
@@ -114,13 +115,13 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
 
   // The finished image knows its own contrast and detail better than the probe did.
   RenderReport& report = photograph.report;
-  const double contrast = contrast_of(photograph.color);
+  const double contrast = contrast_of(photograph.color, run);
   report.model = model_of(shot, facts, plan, contrast);
   double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += facts.branch_error;
   if (facts.mip_maps) {
     const double detail =
-        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error));
+        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error), run);
     report.model.push_back({.effect = "texture detail",
                             .modelled = false,
                             .bound = detail,
