@@ -48,5 +48,6 @@ fstop_test(spectral_test LABEL unit
            LINK fstop_post)
 
 fstop_test(study_test LABEL unit
-           SOURCES study/accuracy_chart_test.cpp study/pinhole_theory_test.cpp
+           SOURCES study/accuracy_chart_test.cpp study/chart_svg_test.cpp
+                   study/pinhole_theory_test.cpp
            LINK fstop_study)
