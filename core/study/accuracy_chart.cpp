@@ -127,12 +127,13 @@ double wall_seconds() {
 }
 
 struct TimedPhotograph {
+  std::optional<int> forced_samples = {};
   Photograph photograph = {};
   PointCost cost = {};
 };
 
 TimedPhotograph timed(const SimulationSpec& shot, const RayScene& scene, const RunControl& run) {
-  TimedPhotograph result;
+  TimedPhotograph result{.forced_samples = shot.quality.samples};
   double cpu = std::numeric_limits<double>::infinity();
   double wall = cpu;
   RunControl control = run;
@@ -217,10 +218,12 @@ Truth truth_of(const AccuracyChartSpec& spec, const MethodAnswer& method, const 
 
 AccuracyPoint point_of(const TimedPhotograph& made, const Truth& truth) {
   const RenderReport& report = made.photograph.report;
+  // What a method then says of its noise is what it adds to it.
+  const bool tells_noise = made.forced_samples != 1 && report.cost.samples_max > 1;
   AccuracyPoint point{.method = report.method,
                       .cost = made.cost,
                       .truth = true_error(made.photograph.color, truth)};
-  if (report.cost.samples_max > 1) {
+  if (tells_noise) {
     point.estimate = report.error.estimate;
     point.upper_95 = report.error.upper_95;
   }

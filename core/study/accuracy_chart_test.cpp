@@ -245,7 +245,23 @@ TEST(AccuracyChart, TellsWhichMethodsRefuseAndWhy) {
   EXPECT_NE(chart.refused.front().why, "");
   EXPECT_NE(chart.reference.method, "lens-sampling");
   EXPECT_EQ(points_of(chart, "pinhole").size(), 1U);
-  EXPECT_FALSE(chart.points.front().estimate && chart.points.front().cost.samples_mean < 2.0);
+}
+
+// One sample a pixel has no scatter, whatever else a method samples beside it.
+TEST(AccuracyChart, TakesNoWordOnNoiseFromOneSample) {
+  const RayScene scene(bars_scene());
+  AccuracyChartSpec spec = tiny_chart();
+  spec.methods = {};
+  spec.shot.effects.diffraction = EffectChoice::automatic;
+  spec.samples = {1, 2};
+  spec.max_errors = {};
+  spec.reference = {.samples = 4, .replicates = 2};
+  const AccuracyChart chart = accuracy_chart(spec, scene, {});
+  ASSERT_EQ(chart.points.size() + 2 * chart.refused.size(), 2 * method_names().size());
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    EXPECT_EQ(chart.points[i].estimate.has_value(), i % 2 == 1) << chart.points[i].method;
+    EXPECT_EQ(chart.points[i].upper_95.has_value(), i % 2 == 1) << chart.points[i].method;
+  }
 }
 
 TEST(AccuracyChart, RefusesWhatTellsNothing) {

@@ -135,7 +135,7 @@ void draw_marker(SvgWriter& svg, const SeriesLook& look, SvgPoint where, bool is
 }
 
 void draw_star(SvgWriter& svg, const SeriesLook& look, SvgPoint where, bool is_filled) {
-  svg.marker(Marker::star, where, 5.4,
+  svg.marker(Marker::star, where, 4.7,
              {.fill = is_filled ? look.colour : std::string_view("#ffffff"),
               .stroke = is_filled ? kInk : look.colour,
               .stroke_width = is_filled ? 1.0 : 1.4});
@@ -191,7 +191,7 @@ void Drawing::draw_legend() {
   const double y = 74.0;
   const auto name = [&](std::string_view text) {
     svg_.text({x + 14.0, y + 4.0}, text, {});
-    x += 36.0 + 6.6 * static_cast<double>(text.size());
+    x += 44.0 + 6.8 * static_cast<double>(text.size());
   };
   for (const std::string& method : names_) {
     svg_.line({x - 8.0, y}, {x + 8.0, y}, {.stroke = look(method).colour, .stroke_width = 1.8});
