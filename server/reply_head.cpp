@@ -60,7 +60,12 @@ std::string reply_head(const Reply& reply, bool keep_alive) {
   response.set(http::field::server, view(api::engine_version()));
   response.set("X-Content-Type-Options", "nosniff");
   for (const auto& [name, value] : reply.headers) response.insert(view(name), view(value));
-  if (has_body(reply.status)) response.content_length(reply.bytes().size());
+  if (reply.next_piece) {
+    response.chunked(
+        keep_alive);  // else the connection's end is the body's: HTTP/1.0 has no chunks
+  } else if (has_body(reply.status)) {
+    response.content_length(reply.bytes().size());
+  }
   if (!keep_alive) response.set(http::field::connection, "close");
   return serialized(response);
 }
