@@ -33,9 +33,10 @@ std::string http_date() {
 
 std::string serialized(const http::response<http::empty_body>& response) {
   http::response_serializer<http::empty_body> serializer(response);
+  serializer.split(true);  // the header alone, without the last chunk of an empty body
   std::string head;
   beast::error_code ec;
-  while (!serializer.is_done() && !ec) {
+  while (!serializer.is_header_done() && !ec) {
     serializer.next(ec, [&](beast::error_code&, const auto& buffers) {
       std::size_t bytes = 0;
       for (const auto buffer : beast::buffers_range_ref(buffers)) {

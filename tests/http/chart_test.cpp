@@ -73,7 +73,7 @@ TEST_F(Charts, AnswersNumbersOrADrawing) {
 TEST_F(Charts, TellsProgressAsEvents) {
   Client client(server_.port());
   const Answer answer =
-      client.ask("POST", "/v1/charts", {{"Accept", "text/event-stream"}}, chart_request(4096));
+      client.ask("POST", "/v1/charts", {{"Accept", "text/event-stream"}}, chart_request(512));
   ASSERT_EQ(answer.status, 200) << answer.body;
   EXPECT_EQ(answer.header("content-type"), "text/event-stream");
   EXPECT_EQ(answer.header("transfer-encoding"), "chunked");
