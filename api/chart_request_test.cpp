@@ -44,10 +44,10 @@ TEST(ChartRequest, FillsItsDefaults) {
   EXPECT_EQ(request.chart.shot.width, 192);
   EXPECT_EQ(request.chart.shot.height, 128);
   EXPECT_EQ(request.chart.methods, method_names());
-  EXPECT_EQ(request.chart.samples, (std::vector{1, 2, 4, 8, 16, 32, 64, 128, 256}));
-  EXPECT_EQ(request.chart.max_errors, (std::vector{0.03, 0.01, 0.003}));
+  EXPECT_EQ(request.chart.samples, (std::vector{1, 2, 4, 8, 16, 32, 64}));
+  EXPECT_EQ(request.chart.max_errors, (std::vector{0.03, 0.01}));
   EXPECT_EQ(request.chart.reference.method, "");
-  EXPECT_EQ(request.chart.reference.samples, 1024);
+  EXPECT_EQ(request.chart.reference.samples, 256);
   EXPECT_EQ(request.chart.reference.replicates, 4);
   EXPECT_EQ(request.chart.shot.seed, 0U);
 }
@@ -110,11 +110,11 @@ TEST(ChartRequest, RefusesWithPointerAndLimit) {
   EXPECT_EQ(refusal(R"({"samples": [0], "reference": []})").faults.size(), 4U);
 }
 
-// 192 x 128 pixels; 4 replicates of 1024 samples and, for each method, 511 of the default counts.
+// 192 x 128 pixels; 4 replicates of 256 samples and, for each method, 127 of the default counts.
 TEST(ChartRequest, BoundsTheWork) {
   const auto methods = static_cast<std::int64_t>(method_names().size());
   Limits limits;
-  limits.chart_samples = (4 * 1024 + methods * 511) * 192 * 128;
+  limits.chart_samples = (4 * 256 + methods * 127) * 192 * 128;
   EXPECT_NO_THROW(parsed(kSmallest, limits));
   --limits.chart_samples;
   const Refusal too_many = refusal(kSmallest, limits);

@@ -14,7 +14,7 @@ struct ReferenceSpec {
   /// Empty: lens-sampling where what it leaves out is at most a quarter of the smallest target,
   /// else the method that leaves out least.
   std::string method = {};
-  int samples = 1024;  // a pixel, of each replicate
+  int samples = 256;   // a pixel, of each replicate
   int replicates = 4;  // 2 or more: their scatter is the reference's own noise
 };
 
@@ -22,8 +22,8 @@ struct ReferenceSpec {
 struct AccuracyChartSpec {
   SimulationSpec shot = {};               // quality.method, max_error and samples apart
   std::vector<std::string> methods = {};  // empty: all there are
-  std::vector<int> samples = {1, 2, 4, 8, 16, 32, 64, 128, 256};  // a pixel, of each method
-  std::vector<double> max_errors = {0.03, 0.01, 0.003};           // of the planner
+  std::vector<int> samples = {1, 2, 4, 8, 16, 32, 64};  // a pixel, of each method
+  std::vector<double> max_errors = {0.03, 0.01};        // of the planner
   ReferenceSpec reference = {};
 };
 
