@@ -55,4 +55,7 @@ fstop_test(spectral_test LABEL unit
                    post/wave_transfer_test.cpp
            LINK fstop_post)
 
-fstop_test(study_test LABEL unit SOURCES study/pinhole_theory_test.cpp LINK fstop_study)
+fstop_test(study_test LABEL unit
+           SOURCES study/accuracy_chart_test.cpp study/chart_svg_test.cpp
+                   study/pinhole_theory_test.cpp
+           LINK fstop_study)
