@@ -10,7 +10,9 @@ import math
 import os
 import shutil
 
-from pictures import read_picture, read_texture, write_picture
+from coincidence import STEP, separated, write_obj
+from mesh_files import read_mesh
+from pictures import read_texture, write_picture
 from scene_model import files_of, matched
 
 DEFAULT_LENS = {"focal_length_mm": 50, "f_number": 1.4, "focus_distance_m": 2.0}
@@ -76,7 +78,7 @@ def prepare(name, out, root, peers, pixels=None):
     if pixels is not None:
         request["image"].update(width=pixels[0], height=pixels[1])
     folder = os.path.join(out, name)
-    lay_out(folder, scene, request, assets)
+    lay_out(folder, scene, request, assets, notes)
     return Case(name, folder, notes, reference)
 
 
@@ -115,22 +117,35 @@ def matched_request(request, notes):
     }
 
 
-def lay_out(folder, scene, request, assets):
+def lay_out(folder, scene, request, assets, notes):
     os.makedirs(os.path.join(folder, "textures"), exist_ok=True)
+    for name in files_of(scene):
+        target = os.path.join(folder, name)
+        os.makedirs(os.path.dirname(target), exist_ok=True)
+        shutil.copyfile(os.path.join(assets, name), target)
+    for thing in scene["objects"]:
+        part_coincident(thing, folder, notes)
     write_json(os.path.join(folder, "scene.json"), scene)
     write_json(os.path.join(folder, "request.json"), request)
     exact = copy.deepcopy(scene)
     for texture in exact.get("textures", {}).values():
         texture["filter"] = "bilinear"  # the full model's: every sample reads the finest texels
     write_json(os.path.join(folder, "exact.json"), exact)
-    for name in files_of(scene):
-        target = os.path.join(folder, name)
-        os.makedirs(os.path.dirname(target), exist_ok=True)
-        shutil.copyfile(os.path.join(assets, name), target)
     for number, texture in enumerate(scene.get("textures", {}).values()):
         source = os.path.join(folder, texture["file"])
         texels = read_texture(source, texture.get("color_space", "srgb"))
         write_picture(os.path.join(folder, "textures", f"{number}.exr"), texels)
+
+
+def part_coincident(thing, folder, notes):
+    if thing["type"] != "mesh":
+        return
+    mesh = separated(read_mesh(os.path.join(folder, thing["file"])))
+    if mesh is None:
+        return
+    notes.append(f"coincident parts of {thing['file']} moved {STEP * 1e6:g} um apart")
+    thing["file"] = os.path.splitext(thing["file"])[0] + "-parted.obj"
+    write_obj(os.path.join(folder, thing["file"]), mesh)
 
 
 # ---- The peers' own scene format

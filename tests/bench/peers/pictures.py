@@ -80,6 +80,13 @@ class Reference:
         """(x - truth)^2 at every pixel and channel, right on average."""
         return (x - self.pictures[0]) * (x - self.pictures[-1])
 
+    def bias(self, x, y):
+        """relMSE of what two independent pictures of one program have wrong alike."""
+        a, b = self.pictures[0], self.pictures[-1]
+        product = (x.astype(np.float64) - a) * (y.astype(np.float64) - b)
+        relmse = float((product / (self.mean**2 + 1e-2)).mean())
+        return relmse - self.noise if len(self.pictures) == 1 else relmse
+
     def errors(self, picture):
         x = picture.astype(np.float64)
         weight = self.mean**2 + 1e-2
