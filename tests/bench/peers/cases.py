@@ -71,8 +71,10 @@ def prepare(name, out, root, peers, pixels=None):
     else:
         file = bundled if os.sep not in name and os.path.exists(bundled) else name
         scene, request, assets = read_scene_or_request(file, root)
-        name = os.path.basename(os.path.dirname(os.path.abspath(file)) if
-                                file.endswith("scene.json") else os.path.splitext(file)[0])
+        if file == name:  # called by its file, or by the folder of a scene.json
+            stem, _ = os.path.splitext(os.path.abspath(file))
+            parts = stem.split(os.sep)[-2:]
+            name = parts[0] + "-file" if parts[1] == "scene" else parts[1]
     scene, notes = matched(scene)
     request = matched_request(request, notes)
     if pixels is not None:

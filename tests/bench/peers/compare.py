@@ -10,9 +10,9 @@ python3-openimageio. Writes OUT/peers.json, OUT/peers.csv and OUT/table.md; pict
 
 import argparse
 import hashlib
-import json
 import os
 import statistics
+import subprocess
 import sys
 
 sys.dont_write_bytecode = True
@@ -23,14 +23,14 @@ sys.path.insert(0, HERE)
 import figures
 from cases import prepare, read_json, write_json
 from discs import DiscEnergy
-from pictures import Reference, read_picture, write_picture
+from pictures import Reference, read_picture, write_side_by_side
 from programs import Cycles, Failed, Fstop, PovRay
 from scene_model import files_of, read_model
 
 DEFAULT_SCENES = ("slats", "spheres", "still-life", "night")
 CHEAP = 3.0  # CPU seconds: runs below are repeated, and the median counts
 REPEATS = 3
-FINEST = 0.9e-4  # relMSE at which a program's ladder ends
+FINEST = 1e-4  # relMSE at which a program's ladder ends
 COUNTS = (1, 4, 16, 64, 256, 1024, 4096)
 MAX_ERRORS = (0.08, 0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.0018, 0.00125, 0.0009)
 ADAPTIVE = 0.01  # Cycles' own default threshold
@@ -43,17 +43,16 @@ def log(text):
 class Meter:
     """Runs settings of one case and measures what comes out."""
 
-    def __init__(self, case, reference, discs, out):
-        self.case, self.reference, self.discs, self.out = case, reference, discs, out
+    def __init__(self, case, reference, discs):
+        self.case, self.reference, self.discs = case, reference, discs
         self.points = []
 
-    def picture_file(self, program, setting, seed=""):
-        words = "-".join(f"{key}{value}" for key, value in setting.items())
-        name = f"{program.name}-{words}{seed}.exr".replace("/", "")
-        return os.path.join(self.case.folder, name)
+    def file_of(self, program, setting, seed=""):
+        words = "-".join(f"{key}-{value}" for key, value in setting.items())
+        return os.path.join(self.case.folder, f"{program}-{words}{seed}.exr")
 
     def run(self, program, setting):
-        file = self.picture_file(program, setting)
+        file = self.file_of(program.name, setting)
         runs = [program.render(self.case, setting, file)]
         while runs[0]["cpu_s"] < CHEAP and len(runs) < REPEATS:
             runs.append(program.render(self.case, setting, file))
@@ -72,11 +71,21 @@ class Meter:
         )
         return point
 
+    def show_finest(self):
+        """The best picture of each program and the reference, side by side."""
+        finest = {}
+        for point in self.points:
+            best = finest.setdefault(point["program"], point)
+            finest[point["program"]] = min(best, point, key=lambda p: abs(p["relmse"]))
+        pictures = [read_picture(self.file_of(p["program"], p["setting"])) for p in finest.values()]
+        pictures.append(self.reference.mean)
+        write_side_by_side(os.path.join(self.case.folder, "side-by-side.png"), pictures)
+
     def bias(self, program, setting):
         """relMSE of what differs beside noise: the product of two independent pictures' errors."""
         pictures = []
         for seed in (11, 12):
-            file = self.picture_file(program, setting, f"-seed{seed}")
+            file = self.file_of(program.name, setting, f"-seed-{seed}")
             program.render(self.case, setting, file, seed=seed)
             pictures.append(read_picture(file))
         return self.reference.bias(*pictures)
@@ -190,7 +199,7 @@ def compare(case, options, kept):
     reference = reference_of(case, fstop, options.reference_samples, options.out)
     log(f"  reference: {reference.source}, own relMSE {reference.noise:.2e}")
     discs = DiscEnergy(read_model(case.scene_file, case.request()), reference)
-    meter = Meter(case, reference, discs if discs.masks else None, options.out)
+    meter = Meter(case, reference, discs if discs.masks else None)
     finest = 3e-3 if options.quick else FINEST
     ladders = [ErrorLadder(fstop, options.cap, finest)]
     peers = [peer for peer in (Cycles(options.threads), PovRay(options.threads))
@@ -217,7 +226,10 @@ def compare(case, options, kept):
     }
     if not options.quick:
         result["agreement"] = agreement(meter, fstop, cycles)
-        log(f"  models differ by relMSE {result['agreement']}")
+        if result["agreement"]:
+            relmse, error = result["agreement"]["relmse"], result["agreement"]["standard_error"]
+            log(f"  the models differ by relMSE {relmse:.1e} +- {error:.1e}")
+    meter.show_finest()
     return result
 
 
@@ -245,6 +257,25 @@ def write_csv(path, result):
                 net = max(point["cpu_s"] - start, 1e-3)
                 file.write(f"{case['name']};{point['program']};{adaptive};{point['cpu_s']};")
                 file.write(f"{net};{point['relmse']}\n")
+
+
+def machine(options):
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        names = [line.split(":")[1].strip() for line in file if line.startswith("model name")]
+    return {
+        "processor": names[0] if names else "",
+        "threads": options.threads,
+        "load_before": os.getloadavg()[0],
+        "blender": first_line(["blender", "--version"]),
+        "povray": first_line(["povray", "--version"]),
+    }
+
+
+def first_line(command):
+    """Of what a program says of itself; POV-Ray complains about missing settings first."""
+    output = subprocess.run(command, capture_output=True, text=True, check=False)
+    lines = (output.stdout + output.stderr).splitlines()
+    return next((line.strip() for line in lines if line.startswith(("Blender", "POV-Ray"))), "")
 
 
 def parsed_options():
@@ -275,7 +306,7 @@ def main():
     kept = {case["name"]: case for case in last["cases"]}
     pixels = tuple(map(int, options.size.split("x"))) if options.size else None
     result = {
-        "machine": {"processors": options.threads, "load_before": os.getloadavg()[0]},
+        "machine": machine(options),
         "programs": ["fstop", "Cycles", "POV-Ray"],
         "cases": [],
     }

@@ -35,6 +35,19 @@ def write_picture(path, values, kind="half"):
     target.close()
 
 
+def write_side_by_side(path, pictures):
+    """An 8-bit sRGB picture of linear ones in a row, to look at."""
+    import OpenImageIO as oiio
+
+    row = np.clip(np.concatenate(pictures, axis=1), 0, 1)
+    encoded = np.where(row <= 0.0031308, 12.92 * row, 1.055 * row ** (1 / 2.4) - 0.055)
+    codes = np.ascontiguousarray(np.round(255 * encoded), np.uint8)
+    target = oiio.ImageOutput.create(path)
+    target.open(path, oiio.ImageSpec(codes.shape[1], codes.shape[0], 3, "uint8"))
+    target.write_image(codes)
+    target.close()
+
+
 def read_texture(path, color_space):
     """Linear texels; an integer file declared sRGB is decoded by IEC 61966-2-1."""
     import OpenImageIO as oiio
@@ -81,11 +94,16 @@ class Reference:
         return (x - self.pictures[0]) * (x - self.pictures[-1])
 
     def bias(self, x, y):
-        """relMSE of what two independent pictures of one program have wrong alike."""
+        """relMSE of what two independent pictures of one program have wrong alike, and that
+        figure's own standard error, pixels taken as independent."""
         a, b = self.pictures[0], self.pictures[-1]
         product = (x.astype(np.float64) - a) * (y.astype(np.float64) - b)
-        relmse = float((product / (self.mean**2 + 1e-2)).mean())
-        return relmse - self.noise if len(self.pictures) == 1 else relmse
+        pixels = (product / (self.mean**2 + 1e-2)).mean(axis=2)
+        noise = self.noise if len(self.pictures) == 1 else 0.0
+        return {
+            "relmse": float(pixels.mean()) - noise,
+            "standard_error": float(pixels.std() / np.sqrt(pixels.size)),
+        }
 
     def errors(self, picture):
         x = picture.astype(np.float64)
@@ -97,8 +115,10 @@ class Reference:
         square = (clipped - np.clip(self.pictures[0], 0, 1)) * (
             clipped - np.clip(self.pictures[-1], 0, 1)
         )
+        means = box_mean(x - self.pictures[0]) * box_mean(x - self.pictures[-1])
         return {
             "relmse": relmse,
+            "relmse_of_means": float((means / weight).mean()),
             "rmse_clipped": float(np.sqrt(max(0.0, square.mean()))),
             "energy_ratio": float(x.sum() / self.mean.sum()),
         }
