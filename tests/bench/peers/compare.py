@@ -248,7 +248,8 @@ def write_csv(path, result):
     with open(path, "w", encoding="utf-8") as file:
         file.write("scene;program;adaptive;cpu_s;net_cpu_s;relmse\n")
         for case in result["cases"]:
-            for point in case["points"]:
+            rows = sorted(case["points"], key=lambda p: (p["program"], -p["relmse"]))
+            for point in rows:  # together and in order, or gnuplot's lines would break
                 start = figures.one_sample_cost(case["points"], point["program"])
                 adaptive = int("adaptive" in point["setting"])
                 forced = point["program"] == "fstop" and "samples" in point["setting"]

@@ -18,10 +18,10 @@ set logscale xy
 set format x "%g"
 set format y "10^{%T}"
 set xrange [0.3 : 300]
-set yrange [3e-5 : 2]
+set yrange [2e-5 : 20]
 set xlabel "processor time, whole process (s)"
 set ylabel "relMSE"
-set key bottom left Left reverse samplen 2 spacing 1.05
+set key top right Left reverse samplen 2 spacing 1.05 font ",11"
 
 in_row(scene, program, adaptive) = \
   strcol(1) eq scene && strcol(2) eq program && int(column(3)) == adaptive
