@@ -55,7 +55,7 @@ def frame(position, x, y, z):
 
 
 def frame_along(position, z):
-    """A right-handed frame whose -z is a lamp's direction: `z` points back to where light comes from."""
+    """A right-handed frame with `z` towards where a lamp's light comes from."""
     z = unit(z)
     side = np.cross((0, 1, 0) if abs(z[1]) < 0.9 else (1, 0, 0), z)
     x = unit(side)
@@ -100,8 +100,8 @@ def shader_of(nodes, kind, colour, model, of_sphere):
         return node.outputs[0]
     value = texture_node(nodes, model, colour.texture, of_sphere)
     if tuple(colour.scale) != (1, 1, 1):
-        scaled = nodes.add("ShaderNodeVectorMath", {0: value, 1: colour.scale}, operation="MULTIPLY")
-        value = scaled.outputs[0]
+        factors = {0: value, 1: colour.scale}
+        value = nodes.add("ShaderNodeVectorMath", factors, operation="MULTIPLY").outputs[0]
     nodes.tree.links.new(value, node.inputs["Color"])
     return node.outputs[0]
 

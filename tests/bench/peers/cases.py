@@ -184,7 +184,9 @@ def peer_material(name, material, textures):
             "wrap": "clamp",
         }
         value = {"texture": name}
-    return {"model": "unlit", "emission": value} if emissive else {"model": "phong", "diffuse": value}
+    if emissive:
+        return {"model": "unlit", "emission": value}
+    return {"model": "phong", "diffuse": value}
 
 
 def peer_request(camera):

@@ -27,7 +27,7 @@ def components(mesh):
 
 
 def covers(a, b):
-    """Whether a triangle of `b` (n, 3, 2) holds a point inside a triangle of `a`, in their plane."""
+    """Whether a triangle of `b` (n, 3, 2) holds a point of a triangle of `a`, in their plane."""
     centre = a.mean(axis=1, keepdims=True)
     points = np.concatenate([centre, centre + 0.9 * (a - centre)], axis=1).reshape(-1, 1, 2)
     inside = []

@@ -5,7 +5,8 @@
 
 A scene is one of the peers' folder (slats, spheres), a bundled scene (still-life, night, ...), or a
 scene or request file. Needs Debian 12's blender, povray, povray-includes, python3-numpy,
-python3-openimageio. Writes OUT/peers.json, OUT/peers.csv and OUT/table.md; pictures stay in OUT/SCENE.
+python3-openimageio. Writes OUT/peers.json, OUT/peers.csv and OUT/table.md; pictures stay in
+OUT/SCENE.
 """
 
 import argparse
@@ -32,7 +33,9 @@ CHEAP = 3.0  # CPU seconds: runs below are repeated, and the median counts
 REPEATS = 3
 FINEST = 1e-4  # relMSE at which a program's ladder ends
 COUNTS = (1, 4, 16, 64, 256, 1024, 4096)
-MAX_ERRORS = (0.08, 0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.0018, 0.00125, 0.0009)
+MAX_ERRORS = (
+    *(0.15, 0.08, 0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.0018, 0.00125, 0.0009),
+)
 ADAPTIVE = 0.01  # Cycles' own default threshold
 
 
@@ -225,7 +228,8 @@ def compare(case, options, kept):
         "points": meter.points,
     }
     if not options.quick:
-        result["agreement"] = agreement(meter, fstop, cycles)
+        found = agreement(meter, fstop, cycles)
+        result["agreement"] = found or (kept or {}).get("agreement")
         if result["agreement"]:
             relmse, error = result["agreement"]["relmse"], result["agreement"]["standard_error"]
             log(f"  the models differ by relMSE {relmse:.1e} +- {error:.1e}")
@@ -286,7 +290,7 @@ def parsed_options():
     parser.add_argument("--reuse", action="store_true", help="the peers' points of the last run")
     parser.add_argument("--programs", default="cycles,povray", help="peers to run")
     parser.add_argument("--cap", type=float, default=150.0, help="CPU seconds of one run")
-    parser.add_argument("--reference-samples", type=int, default=1024)
+    parser.add_argument("--reference-samples", type=int, default=512)
     parser.add_argument("--size", help="WIDTHxHEIGHT instead of the scene's own")
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--peers", default=os.path.join(ROOT, "..", "shared", "peers"))
@@ -319,8 +323,8 @@ def main():
     text = figures.table(result)
     with open(os.path.join(options.out, "table.md"), "w", encoding="utf-8") as file:
         file.write(text + "\n")
-    log("\nCPU seconds net of the program's own one-sample run (gross in brackets): ratio to fstop\n")
-    log(text)
+    log("\nCPU seconds net of each program's own one-sample run (gross): ratio to fstop")
+    log("\n" + text)
 
 
 main()

@@ -44,7 +44,7 @@ def find_discs(model):
         blur = camera.aperture_diameter * camera.image_distance * vergence * per_metre / 2
         sharp = shape.radius * scale
         radius = blur + sharp + 1.5
-        inside = radius <= x <= camera.pixels[0] - radius and radius <= y <= camera.pixels[1] - radius
+        inside = all(radius <= at <= n - radius for at, n in zip((x, y), camera.pixels))
         if inside and sharp <= SMALL * blur and math.isfinite(radius):
             found.append(Disc(x, y, radius))
     return found

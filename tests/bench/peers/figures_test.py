@@ -10,7 +10,8 @@ import figures
 
 
 def point(program, cpu_s, relmse, **setting):
-    return {"program": program, "cpu_s": cpu_s, "relmse": relmse, "setting": setting or {"samples": 2}}
+    setting = setting or {"samples": 2}
+    return {"program": program, "cpu_s": cpu_s, "relmse": relmse, "setting": setting}
 
 
 def curve(program, constant, power, costs):
@@ -49,7 +50,8 @@ class Ratios(unittest.TestCase):
         self.points = [point("fstop", 1.0, 0.1, samples=1), point("Cycles", 2.0, 0.1, samples=1)]
         for relmse in (1e-1, 1e-2, 1e-3, 1e-4):
             self.points.append(point("fstop", 1.0 + 1e-3 / relmse, relmse, max_error=relmse))
-            self.points.append(point("Cycles", 2.0 + 3e-3 / relmse, relmse, samples=int(1 / relmse)))
+            samples = round(1 / relmse)
+            self.points.append(point("Cycles", 2.0 + 3e-3 / relmse, relmse, samples=samples))
 
     def test_net_of_each_programs_own_start(self):
         for ratio in figures.ratios(self.points, "Cycles"):

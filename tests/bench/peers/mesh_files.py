@@ -104,9 +104,11 @@ def read_ply(path):
             table = {key: [] for key, _, _ in properties}
             for _ in range(count):
                 for key, code, counted in properties:
-                    length = None if counted is None else int(read(counted))
-                    item = read(code) if length is None else [int(read(code)) for _ in range(length)]
-                    table[key].append(item)
+                    if counted is None:
+                        table[key].append(read(code))
+                    else:
+                        length = int(read(counted))
+                        table[key].append([int(read(code)) for _ in range(length)])
         if name == "vertex":
             vertices = table
         elif name == "face":

@@ -54,14 +54,16 @@ class PovWriter:
         self.baked = {}
 
     def text(self):
-        depth = 16 if any(m.reflection or m.transmission for m in self.model.materials.values()) else 1
+        materials = self.model.materials.values()
+        depth = 16 if any(m.reflection or m.transmission for m in materials) else 1
         self.parts.append("#version 3.7;\n#ifndef (Samples) #declare Samples = 16; #end\n")
         self.parts.append(f"global_settings {{ assumed_gamma 1.0 max_trace_level {depth} }}\n")
         self.parts.append(f"background {{ color rgb {vector(self.model.background)} }}\n")
         self.camera(self.model.camera)
         for light in self.model.lights:
             self.light(light)
-        for key in sorted({(name, isinstance(shape, Sphere)) for shape, name in self.model.objects}):
+        uses = {(name, isinstance(shape, Sphere)) for shape, name in self.model.objects}
+        for key in sorted(uses):
             texture = self.texture(self.model.materials[key[0]], of_sphere=key[1])
             self.parts.append(f"#declare {self.texture_name(*key)} = {texture};\n")
         for shape, name in self.model.objects:
@@ -86,8 +88,9 @@ class PovWriter:
         focus = camera.position + camera.forward * camera.focus_distance
         # The lens's radius is a quarter of `aperture`: a grid of radius 1/2, times aperture/2.
         self.parts.append(
-            f"camera {{ perspective location {place(camera.position)} direction {place(direction)}\n"
-            f" right {place(camera.right * camera.sensor[0])} up {place(camera.up * camera.sensor[1])}\n"
+            f"camera {{ perspective location {place(camera.position)}\n"
+            f" direction {place(direction)} right {place(camera.right * camera.sensor[0])}\n"
+            f" up {place(camera.up * camera.sensor[1])}\n"
             f" aperture {2 * UNITS * camera.aperture_diameter:.9g} focal_point {place(focus)}\n"
             " blur_samples Samples variance 0 confidence 0.9 }\n"
         )
@@ -100,7 +103,8 @@ class PovWriter:
             towards = -1e4 * unit(light["direction"])
             colour = vector(light["intensity"])
             self.parts.append(
-                f"light_source {{ {place(towards)} color rgb {colour} parallel point_at <0,0,0> }}\n"
+                f"light_source {{ {place(towards)} color rgb {colour}"
+                " parallel point_at <0,0,0> }\n"
             )
             return
         colour, fade = self.attenuated(light)
@@ -122,7 +126,8 @@ class PovWriter:
             aim = place(position + unit(light["direction"]))
             exponent = light.get("exponent", 1.0)
             spot = f"spotlight point_at {aim} radius 90 falloff 90 tightness {exponent:.9g}"
-        self.parts.append(f"light_source {{ {place(position)} color rgb {colour} {spot} {fade} }}\n")
+        where = place(position)
+        self.parts.append(f"light_source {{ {where} color rgb {colour} {spot} {fade} }}\n")
 
     def attenuated(self, light):
         """POV-Ray's 2/(1 + (d/fade_distance)^2) for 1/(a0 + a2 d^2); a0 at least 1e-8 m^2 a2."""
@@ -156,14 +161,16 @@ class PovWriter:
             clear = f" transmit {material.transmission:.9g}" if material.transmission else ""
             if clear and "image_map" in pigment:
                 raise ValueError(f"{material.name}: a textured sheet")
-            return f"texture {{ pigment {{ {pigment}{clear} }} finish {{ ambient 0 {finish}{mirror} }} }}"
+            finish = f"finish {{ ambient 0 {finish}{mirror} }}"
+            return f"texture {{ pigment {{ {pigment}{clear} }} {finish} }}"
         # The mean of n textures, each n times as strong.
         n = len(parts)
         entries = []
         for colour, kind in parts:
             other = "diffuse 0" if kind == "emission" else "emission 0"
             finish = f"ambient 0 {other} {kind} {n}"
-            entries.append(f"[1 pigment {{ {self.pigment(colour, of_sphere)} }} finish {{ {finish} }}]")
+            pigment = self.pigment(colour, of_sphere)
+            entries.append(f"[1 pigment {{ {pigment} }} finish {{ {finish} }}]")
         return "texture { average texture_map { " + " ".join(entries) + " } }"
 
     def shared_pigment(self, parts, of_sphere):

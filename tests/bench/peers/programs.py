@@ -16,14 +16,16 @@ class Failed(Exception):
 def run(command, cwd=None):
     """CPU seconds (user + system, with children) and wall seconds of the whole process."""
     start = time.perf_counter()
-    process = subprocess.Popen(
-        command, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    )
+    nothing, pipe, joined = subprocess.DEVNULL, subprocess.PIPE, subprocess.STDOUT
+    try:
+        process = subprocess.Popen(command, cwd=cwd, stdin=nothing, stdout=pipe, stderr=joined)
+    except FileNotFoundError as error:
+        raise Failed(f"{command[0]} is not there") from error
     output = process.stdout.read().decode("utf-8", "replace")
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != 0:
-        raise Failed(f"{' '.join(command[:2])} ... ended with {process.returncode}:\n{output[-2000:]}")
+        raise Failed(f"{command[0]} ended with {process.returncode}:\n{output[-2000:]}")
     return {
         "cpu_s": round(usage.ru_utime + usage.ru_stime, 3),
         "wall_s": round(time.perf_counter() - start, 3),
@@ -43,8 +45,7 @@ class Fstop:
         pass
 
     def render(self, case, setting, out, seed=0, scene="scene.json"):
-        quality = {key: setting[key] for key in ("max_error", "samples", "method") if key in setting}
-        request = case.write_request("fstop-request.json", quality, seed, scene)
+        request = case.write_request("fstop-request.json", setting, seed, scene)
         report = os.path.join(case.folder, "fstop-report.json")
         threads = ["--threads", str(self.threads)]
         cost = run([self.binary, "render", request, "--out", out, "--report", report, *threads])
