@@ -64,8 +64,7 @@ class Meter:
         for key in ("cpu_s", "wall_s"):
             point[key] = statistics.median(run[key] for run in runs)
         point.update(self.reference.errors(picture))
-        if self.discs:
-            point.update(self.discs.figures(picture))
+        point.update(self.discs.figures(picture))
         self.points.append(point)
         words = " ".join(f"{key} {value}" for key, value in setting.items())
         log(
@@ -91,7 +90,7 @@ class Meter:
             file = self.file_of(program.name, setting, f"-seed-{seed}")
             program.render(self.case, setting, file, seed=seed)
             pictures.append(read_picture(file))
-        return self.reference.bias(*pictures)
+        return self.reference.bias(*pictures, self.discs.outside)
 
 
 # ---- References
@@ -202,7 +201,7 @@ def compare(case, options, kept):
     reference = reference_of(case, fstop, options.reference_samples, options.out)
     log(f"  reference: {reference.source}, own relMSE {reference.noise:.2e}")
     discs = DiscEnergy(read_model(case.scene_file, case.request()), reference)
-    meter = Meter(case, reference, discs if discs.masks else None)
+    meter = Meter(case, reference, discs)
     finest = 3e-3 if options.quick else FINEST
     ladders = [ErrorLadder(fstop, options.cap, finest)]
     peers = [peer for peer in (Cycles(options.threads), PovRay(options.threads))
@@ -218,7 +217,7 @@ def compare(case, options, kept):
             log(f"  {peer.name} left out: {failure}")
     climb(meter, ladders)
     cycles = next((ladder for ladder in ladders if ladder.program.name == "Cycles"), None)
-    if cycles and meter.discs and not options.quick:
+    if cycles and discs.masks and not options.quick:
         samples = max(point["setting"]["samples"] for point in cycles.points)
         meter.run(cycles.program, {"samples": 4 * samples, "adaptive": ADAPTIVE})
     result = {

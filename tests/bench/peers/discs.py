@@ -1,7 +1,5 @@
 """The discs that small bright emitters become, and whether their light is all there."""
 
-import math
-
 import numpy as np
 
 from scene_model import Sphere
@@ -19,23 +17,20 @@ class Disc:
         return (columns - self.x) ** 2 + (rows - self.y) ** 2 <= self.radius**2
 
 
-def find_discs(model):
-    """Discs wholly in the picture, of spheres small against their blur.
+def bright_discs(model):
+    """The disc of every bright sphere before the camera, and whether it is small.
 
     Blur diameter: A v |1/s - 1/d| on the picture plane at v (Gaussian lens, similar triangles).
     """
     camera = model.camera
     per_metre = camera.pixels[0] / camera.sensor[0]
-    found = []
     for shape, name in model.objects:
         if not isinstance(shape, Sphere):
             continue
         glow = model.materials[name].glow
-        if max((max(colour.scale) for colour in glow), default=0) < BRIGHT:
-            continue
         offset = np.array(shape.center) - camera.position
         depth = float(offset @ camera.forward)
-        if depth <= 0:
+        if depth <= 0 or max((max(colour.scale) for colour in glow), default=0) < BRIGHT:
             continue
         scale = camera.image_distance / depth * per_metre
         x = camera.pixels[0] / 2 + float(offset @ camera.right) * scale
@@ -43,11 +38,25 @@ def find_discs(model):
         vergence = abs(1 / camera.focus_distance - 1 / depth)
         blur = camera.aperture_diameter * camera.image_distance * vergence * per_metre / 2
         sharp = shape.radius * scale
-        radius = blur + sharp + 1.5
-        inside = all(radius <= at <= n - radius for at, n in zip((x, y), camera.pixels))
-        if inside and sharp <= SMALL * blur and math.isfinite(radius):
-            found.append(Disc(x, y, radius))
-    return found
+        yield Disc(x, y, blur + sharp + 1.5), sharp <= SMALL * blur
+
+
+def find_discs(model):
+    """Discs wholly in the picture, of spheres small against their blur."""
+
+    def is_inside(disc):
+        sides = zip((disc.x, disc.y), model.camera.pixels)
+        return all(disc.radius <= at <= side - disc.radius for at, side in sides)
+
+    return [disc for disc, small in bright_discs(model) if small and is_inside(disc)]
+
+
+def outside_discs(model, shape):
+    """Pixels that no bright sphere's disc reaches: where models can be told apart from noise."""
+    outside = np.ones(shape[:2], bool)
+    for disc, _ in bright_discs(model):
+        outside &= ~disc.mask(shape)
+    return outside
 
 
 class DiscEnergy:
@@ -56,6 +65,7 @@ class DiscEnergy:
     def __init__(self, model, reference):
         shape = reference.mean.shape
         self.masks = [disc.mask(shape) for disc in find_discs(model)]
+        self.outside = outside_discs(model, shape)
         self.true = self.sums(reference.mean)
         noise = (reference.pictures[0] - reference.pictures[-1]) / 2
         self.noise = self.sums(noise) / self.true if self.masks else np.zeros(0)

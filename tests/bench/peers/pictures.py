@@ -93,16 +93,17 @@ class Reference:
         """(x - truth)^2 at every pixel and channel, right on average."""
         return (x - self.pictures[0]) * (x - self.pictures[-1])
 
-    def bias(self, x, y):
+    def bias(self, x, y, where):
         """relMSE of what two independent pictures of one program have wrong alike, and that
-        figure's own standard error, pixels taken as independent."""
+        figure's own standard error, pixels taken as independent; `where` some pixels count."""
         a, b = self.pictures[0], self.pictures[-1]
         product = (x.astype(np.float64) - a) * (y.astype(np.float64) - b)
-        pixels = (product / (self.mean**2 + 1e-2)).mean(axis=2)
+        pixels = (product / (self.mean**2 + 1e-2)).mean(axis=2)[where]
         noise = self.noise if len(self.pictures) == 1 else 0.0
         return {
             "relmse": float(pixels.mean()) - noise,
             "standard_error": float(pixels.std() / np.sqrt(pixels.size)),
+            "share_of_pixels": float(where.mean()),
         }
 
     def errors(self, picture):
