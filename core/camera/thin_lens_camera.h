@@ -31,10 +31,19 @@ class ThinLensCamera {
     return {world_from_camera_.point(origin), normalized(world_from_camera_.vector(aim))};
   }
 
+  /// The same for packets of rays.
+  AimFrame aim_frame() const noexcept {
+    return aim_frame_of(sensor_, world_from_camera_, image_distance_, pupil_radius_,
+                        focus_vergence_);
+  }
+
   /// Cosine to the fourth power of the chief ray's angle; applied only where it is asked for.
   double falloff(Vec2 raster) const noexcept;
 
   Length image_distance() const noexcept { return Length::si(image_distance_); }
+  Length pupil_radius() const noexcept { return Length::si(pupil_radius_); }
+  /// One over the focused distance, 1/metres: 0 at infinity.
+  double focus_vergence() const noexcept { return focus_vergence_; }
   const Sensor& sensor() const noexcept { return sensor_; }
   const Pose& pose() const noexcept { return world_from_camera_; }
 

@@ -1,8 +1,14 @@
 #include "core/render/lens_sampling.h"
 
+#include "core/render/adaptive.h"
 #include "core/render/progressive.h"
 
 namespace fstop {
+namespace {
+
+constexpr double kLeastShare = 0.18;  // of a blur disc, in which samples are shared
+
+}  // namespace
 
 Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.diffraction == EffectChoice::on) {
@@ -22,7 +28,25 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_film(sample_source(shot, camera, true), shot.quality, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
+}
+
+Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const {
+  Quote quote = LensSampling().quote(shot, facts);
+  if (!quote.refusal.empty()) return quote;
+  if (facts.largest_blur_px * kLeastShare < 1.0) {
+    return {.refusal = "no blur disc is wide enough to share samples within"};
+  }
+  // The pilot decides whether to share: never dearer than lens sampling by more than the look.
+  quote.cost_rays *= 1.0 - 0.5 * facts.blurred_share;
+  quote.cost_rays += 2.0 * facts.pixel_count;
+  return quote;
+}
+
+RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts&, double bias,
+                                         const RunControl& run) const {
+  const Camera camera = camera_of(shot.camera, shot.sensor);
+  return rendered_sharing(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
 }
 
 }  // namespace fstop

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/render/adaptive.h"
 #include "core/render/progressive.h"
 
 namespace fstop {
@@ -38,7 +39,8 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome PinholeTrace::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = central_projection(shot.camera, shot.sensor);
-  return rendered_film(sample_source(shot, camera, false), shot.quality, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, false), shot.quality, shot.seed, bias,
+                             run);
 }
 
 }  // namespace fstop

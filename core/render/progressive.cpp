@@ -9,6 +9,7 @@
 
 #include "core/optics/exposure.h"
 #include "core/optics/pinhole.h"
+#include "core/render/adaptive.h"
 #include "core/render/texture_detail.h"
 
 namespace fstop {
@@ -121,16 +122,6 @@ RenderOutcome render_progressively(const PassSeries& series, const QualitySpec& 
   }
   if (run.progress) run.progress(series.end);
   return runner.finish();
-}
-
-RenderOutcome rendered_film(const SampleSource& source, const QualitySpec& quality, double bias,
-                            const RunControl& run) {
-  Film film(source.sensor.width, source.sensor.height);
-  RenderOutcome outcome =
-      render_progressively({.source = source, .film = film}, quality, bias, run);
-  outcome.color = film.mean();
-  outcome.variance = film.variance();
-  return outcome;
 }
 
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil) {

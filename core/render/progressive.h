@@ -29,12 +29,6 @@ struct PassSeries {
 RenderOutcome render_progressively(const PassSeries& series, const QualitySpec& quality,
                                    double bias, const RunControl& run);
 
-/// The same onto a film of its own, whose mean and variance are the outcome's.
-RenderOutcome rendered_film(const SampleSource& source, const QualitySpec& quality, double bias,
-                            const RunControl& run);
-
-inline constexpr int kMostSamples = 65536;
-
 /// The source of a shot's samples, seen through `camera`.
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil);
 

@@ -94,9 +94,9 @@ void probe(const Shot& shot, ShotFacts& facts) {
       ++facts.probe_rays;
     }
     scene.intersect(packet, valid, Coherence::coherent);
-    std::array<Surface, kLanes> surfaces;
+    LaneSurfaces surfaces;
     LaneColors colors;
-    shade_locally(inputs, packet, valid, 0.0F, surfaces, colors, facts.probe_rays);
+    shade_locally(inputs, packet, valid, LaneFloats{}, surfaces, colors, facts.probe_rays);
     for (int lane = 0; lane < kLanes; ++lane) {
       const auto k = static_cast<std::size_t>(lane);
       if (valid[k] == 0) continue;
@@ -109,6 +109,7 @@ void probe(const Shot& shot, ShotFacts& facts) {
       const double blur = blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch;
       blur_px[static_cast<std::size_t>(begin + lane)] = blur;
       facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(blur));
+      if (std::abs(blur) > 6.0) facts.blurred_share += 1.0 / grid.count();
     }
   }
   facts.contrast = moments.deviation();

@@ -74,9 +74,11 @@ ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
 
 std::span<const RenderMethod* const> render_methods() {
   static const PinholeTrace pinhole;
+  static const LensReconstruction lens_reconstruction;
   static const LensSampling lens_sampling;
   static const Wave wave;
-  static const std::array<const RenderMethod*, 3> methods = {&pinhole, &lens_sampling, &wave};
+  static const std::array<const RenderMethod*, 4> methods = {&pinhole, &lens_reconstruction,
+                                                             &lens_sampling, &wave};
   return methods;
 }
 
@@ -91,7 +93,10 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   const ShotFacts facts = facts_of(shot);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
-  RenderOutcome outcome = plan.method->render(shot, facts, plan.quote.error.rmse, run);
+  const double expected_detail =
+      facts.mip_maps ? kTextureDetailShare * spec.quality.max_error : 0.0;
+  const double expected_bias = plan.quote.error.rmse + facts.branch_error + expected_detail;
+  RenderOutcome outcome = plan.method->render(shot, facts, expected_bias, run);
   if (outcome.effects) plan.quote.error.effects = *outcome.effects;
 
   Photograph photograph;
@@ -112,6 +117,14 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                             .bound = detail,
                             .why = "each sample averages a fraction of a pixel of its mip map"});
     bias += detail;
+  }
+  if (outcome.shared) {
+    report.model.push_back(
+        {.effect = "samples shared between pixels",
+         .modelled = true,
+         .bound = outcome.shared->bias,
+         .why = "within windows of up to " + std::to_string(outcome.shared->widest_window) +
+                " px where all is out of focus; measured, part of the estimate"});
   }
   report.method = plan.method->name();
   report.passed_over = std::move(plan.passed_over);

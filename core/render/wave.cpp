@@ -45,13 +45,15 @@ class LayerSink : public SampleSink {
         light_reach_(survey.light_reach),
         layers_(layers) {}
 
-  void add(const LaneMask& valid, const TracedPacket& packet) override {
+  void add(int left, int top, const LaneMask& valid, const TracedPacket& packet) override {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (valid[lane] == 0) continue;
       const Rgb light = packet.colors.get(static_cast<int>(lane));
       if (light == Rgb{0, 0, 0}) continue;
-      const double x = packet.raster_x[lane];
-      const double y = packet.raster_y[lane];
+      const double x =
+          left + static_cast<int>(lane) % kBlockSide + static_cast<double>(packet.jitter_x[lane]);
+      const double y =
+          top + static_cast<int>(lane) / kBlockSide + static_cast<double>(packet.jitter_y[lane]);
       if (is_far_outside(x, y)) continue;
       const double defocus = optics_.defocus(static_cast<double>(packet.depth[lane]));
       DepthNodes::Place place = nodes_.place(defocus);

@@ -1,5 +1,7 @@
 #include "core/sampling/sequence.h"
 
+#include "core/simd.h"
+
 namespace fstop {
 namespace {
 
@@ -95,6 +97,38 @@ constexpr std::uint32_t scrambled(std::uint32_t v, std::uint32_t key) {
   return v;
 }
 
+std::uint32_t sobol_bits(std::size_t dimension, std::uint32_t index) {
+  const ByteTable& table = kTables[dimension];
+  return table[0][index & 255U] ^ table[1][(index >> 8) & 255U] ^ table[2][(index >> 16) & 255U] ^
+         table[3][index >> 24];
+}
+
+constexpr std::uint32_t stream_key(std::uint32_t stream, std::uint32_t pixel) {
+  return mixed(stream + pixel * 0x85157af5U);
+}
+
+FSTOP_KERNEL void scramble_one(std::uint32_t bits, const LaneWords& keys, LaneFloats& values) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::uint32_t word = reversed(scrambled(bits, keys[i])) >> 8;
+    values[i] = static_cast<float>(static_cast<std::int32_t>(word)) * 0x1p-24F;
+  }
+}
+FSTOP_AVX512 void scramble_one_wide(std::uint32_t bits, const LaneWords& keys, LaneFloats& values) {
+  scramble_one(bits, keys, values);
+}
+
+FSTOP_KERNEL void scramble_all(const LaneWords& bits, const LaneWords& pixels, std::uint32_t stream,
+                               LaneValues& values) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::uint32_t word = reversed(scrambled(bits[i], stream_key(stream, pixels[i])));
+    values[i] = static_cast<double>(word) * 0x1p-32;
+  }
+}
+FSTOP_AVX512 void scramble_all_wide(const LaneWords& bits, const LaneWords& pixels,
+                                    std::uint32_t stream, LaneValues& values) {
+  scramble_all(bits, pixels, stream, values);
+}
+
 }  // namespace
 
 std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
@@ -104,19 +138,24 @@ std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
 void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
                           LaneValues& values) const noexcept {
   const auto d = static_cast<std::size_t>(dimension);
-  const ByteTable& table = kTables[d];
   const std::uint32_t stream = hash_of(seed_, static_cast<std::uint32_t>(d));
-  alignas(64) std::array<std::uint32_t, kLanes> bits;
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const std::uint32_t index = keys.index[i];
-    bits[i] = table[0][index & 255U] ^ table[1][(index >> 8) & 255U] ^
-              table[2][(index >> 16) & 255U] ^ table[3][index >> 24];
-  }
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const std::uint32_t key = mixed(stream + keys.pixel[i] * 0x85157af5U);
-    bits[i] = reversed(scrambled(bits[i], key));
-  }
-  for (std::size_t i = 0; i < kLanes; ++i) values[i] = static_cast<double>(bits[i]) * 0x1p-32;
+  alignas(64) LaneWords bits;
+  for (std::size_t i = 0; i < kLanes; ++i) bits[i] = sobol_bits(d, keys.index[i]);
+  if (has_avx512()) return scramble_all_wide(bits, keys.pixel, stream, values);
+  scramble_all(bits, keys.pixel, stream, values);
+}
+
+LaneSequence::LaneSequence(const SampleSequence& sequence, Dimension dimension,
+                           const LaneWords& pixels) noexcept
+    : dimension_(static_cast<std::size_t>(dimension)) {
+  const std::uint32_t stream = hash_of(sequence.seed_, static_cast<std::uint32_t>(dimension));
+  for (std::size_t i = 0; i < kLanes; ++i) keys_[i] = stream_key(stream, pixels[i]);
+}
+
+void LaneSequence::fill(std::uint32_t index, LaneFloats& values) const noexcept {
+  const std::uint32_t bits = sobol_bits(dimension_, index);
+  if (has_avx512()) return scramble_one_wide(bits, keys_, values);
+  scramble_one(bits, keys_, values);
 }
 
 }  // namespace fstop

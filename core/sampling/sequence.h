@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace fstop {
@@ -21,6 +22,9 @@ struct SampleKeys {
 
 /// One coordinate of every lane, in [0, 1).
 using LaneValues = std::array<double, kLanes>;
+/// The same in single precision: multiples of 2^-24, so that none rounds up to 1.
+using LaneFloats = std::array<float, kLanes>;
+using LaneWords = std::array<std::uint32_t, kLanes>;
 
 /// Points of the Sobol sequence, nested-uniformly scrambled (Owen) by a hash of
 /// (seed, pixel, dimension): a sample is a pure function of its key, so an image never depends
@@ -36,7 +40,22 @@ class SampleSequence {
   void fill(const SampleKeys& keys, Dimension dimension, LaneValues& values) const noexcept;
 
  private:
+  friend class LaneSequence;
   std::uint32_t seed_;
+};
+
+/// One dimension of kLanes pixels' sequences, each pixel's scramble prepared once for many samples.
+class LaneSequence {
+ public:
+  LaneSequence(const SampleSequence& sequence, Dimension dimension,
+               const LaneWords& pixels) noexcept;
+
+  /// Coordinates of sample `index` of every pixel: SampleSequence::fill's upper 24 bits.
+  void fill(std::uint32_t index, LaneFloats& values) const noexcept;
+
+ private:
+  alignas(64) LaneWords keys_ = {};
+  std::size_t dimension_;
 };
 
 /// A 32-bit word that looks random and depends on every bit of both arguments.

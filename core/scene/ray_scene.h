@@ -4,9 +4,13 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/scene/emitters.h"
+#include "core/scene/lane_surfaces.h"
 #include "core/scene/ray_packet.h"
 #include "core/scene/scene.h"
 #include "core/scene/texture.h"
+
+struct RTCGeometryTy;
 
 namespace fstop {
 
@@ -51,7 +55,14 @@ class RayScene {
   const Texture& texture(int index) const noexcept {
     return textures_[static_cast<std::size_t>(index)];
   }
+  /// Small bright things that may be splatted; rays whose mask lacks the bit of their group
+  /// pass through them (Emitter::mask). All other surfaces have bit 0.
+  const std::vector<Emitter>& emitters() const noexcept { return emitters_; }
   bool moves() const noexcept { return moves_; }
+  /// There are lights, and surfaces that answer to them.
+  bool lit() const noexcept { return lit_; }
+  /// Something reflects or transmits.
+  bool branches() const noexcept { return branches_; }
   /// Something lets light through straight on, so that shadow rays need transmittance().
   bool has_thin_sheets() const noexcept { return has_thin_sheets_; }
 
@@ -69,23 +80,45 @@ class RayScene {
 
   /// The surface that lane `lane` has hit.
   Surface surface(const RayPacket& packet, int lane) const noexcept;
+  /// The surfaces that all valid lanes have hit.
+  void surfaces(const RayPacket& packet, const LaneMask& valid,
+                LaneSurfaces& result) const noexcept {
+    table_.fill(packet, valid, result);
+  }
   /// The corners of the triangle that was hit; of a sphere, three times the hit point.
   std::array<Corner, 3> corners(const Surface& surface) const noexcept;
   const Material& material(const Surface& surface) const noexcept;
-  Interpolation interpolation(const Surface& surface) const noexcept;
+  const Material& material(std::int32_t index) const noexcept {
+    return scene_.materials[static_cast<std::size_t>(index)];
+  }
+  Interpolation interpolation(std::uint32_t object) const noexcept;
 
   /// Bytes held by Embree and by textures.
   std::size_t memory_bytes() const noexcept;
 
  private:
   struct Acceleration;
+  /// A geometry of its own for some triangles of an object: those of one group of emitters.
+  struct Part {
+    std::uint32_t object = 0;
+    std::vector<std::uint32_t> triangles = {};
+  };
   void add_object(const Object& object);
+  void add_parts(std::uint32_t number, const Mesh& mesh,
+                 const std::vector<std::uint32_t>& triangle_masks);
+  void attach(RTCGeometryTy* geometry, std::uint32_t number, std::uint32_t mask);
+  void name_objects(RayPacket& packet) const noexcept;
 
   Scene scene_;
   std::vector<Texture> textures_;
+  std::vector<Emitter> emitters_;
+  std::vector<Part> parts_;                       // geometries numbered after the objects'
   std::vector<std::vector<float>> uv_per_metre_;  // by object, by triangle
+  SurfaceTable table_;
   std::unique_ptr<Acceleration> acceleration_;
   bool moves_ = false;
+  bool lit_ = false;
+  bool branches_ = false;
   bool has_thin_sheets_ = false;
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/scene/lane_colors.h"
 #include "core/scene/scene.h"
 
 namespace fstop {
@@ -21,6 +22,11 @@ class Texture {
   /// samples of a pixel.
   Rgb sample(float u, float v, float footprint) const noexcept;
 
+  /// The same for every lane of a packet; lanes that are not valid get some texel.
+  void sample(const LaneMask& valid, const std::array<float, kLanes>& u,
+              const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
+              LaneColors& colors) const noexcept;
+
   /// Square root of the number of texels: what a unit square of uv spans on average.
   float texels_per_uv() const noexcept { return texels_per_uv_; }
 
@@ -32,8 +38,13 @@ class Texture {
     int height = 0;
     std::size_t first = 0;  // index of its first texel
   };
-  using Texel = std::array<float, 4>;
+  // Four floats in one register: the lookups of one texel's channels are one instruction.
+  using Texel [[gnu::vector_size(16)]] = float;
+  struct Taps;
 
+  Taps taps(const Level& level, const std::array<float, kLanes>& u,
+            const std::array<float, kLanes>& v) const noexcept;
+  Texel blended(const Taps& taps, std::size_t lane) const noexcept;
   Texel bilinear(const Level& level, float u, float v) const noexcept;
   Texel nearest(float u, float v) const noexcept;
   void add_level(const Level& finer);

@@ -2,60 +2,125 @@
 
 #include <cmath>
 
+#include "core/shading/lane_light.h"
 #include "core/shading/light.h"
 #include "core/shading/material.h"
 
 namespace fstop {
 namespace {
 
-// A lane whose surface answers to lights.
-struct LitLane {
-  int lane = 0;
-  const Material* material = nullptr;
-  Rgb diffuse = {};
-  Rgb specular = {};
-  Vec3f to_viewer = {};
-  Interpolation interpolation = Interpolation::phong;
-};
-
-struct LitLanes {
-  std::array<LitLane, kLanes> lanes = {};
-  int count = 0;
-};
-
-// Gouraud: the factors at the three corners, unshadowed, interpolated to the hit point.
-ReflectionTerms gouraud_terms(const RayScene& scene, const Light& light, const LitLane& lit,
-                              const Surface& surface, Vec3f eye, float u, float v) {
-  const std::array<Corner, 3> corners = scene.corners(surface);
-  const std::array<float, 3> weights = {1.0F - surface.b1 - surface.b2, surface.b1, surface.b2};
-  ReflectionTerms sum;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const IncidentLight incident = incident_light(light, corners[i].position, u, v);
-    const ReflectionTerms terms = reflection_terms(
-        *lit.material, corners[i].normal, incident.to_light, normalized(eye - corners[i].position));
-    sum.diffuse += weights[i] * terms.diffuse;
-    sum.specular += weights[i] * terms.specular;
+void copy_lanes(const LaneMask& lanes, const LaneColors& from, LaneColors& to) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    to.r[k] = lanes[k] != 0 ? from.r[k] : to.r[k];
+    to.g[k] = lanes[k] != 0 ? from.g[k] : to.g[k];
+    to.b[k] = lanes[k] != 0 ? from.b[k] : to.b[k];
   }
-  return sum;
 }
+
+bool is_black(const ColorSource& source) { return source.value == Rgb{0, 0, 0}; }
+
+// What a packet's surfaces are made of, by material: their own light, and how they answer to
+// others'.
+class SurfaceColors {
+ public:
+  SurfaceColors(const ShadingInputs& in, const RayPacket& packet, const LaneFloats& path_length,
+                const LaneSurfaces& surfaces)
+      : in_(in), packet_(packet), surfaces_(surfaces), sources_(in.scene, surfaces, footprint_) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      footprint_[k] = in.footprint_rate * (path_length[k] + packet.far[k]);
+    }
+  }
+
+  /// `lit` may be null where there are no lights.
+  void find(LaneColors& colors, LitLanes* lit) {
+    alignas(64) LaneMask done = {};
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (done[k] != 0 || surfaces_.material[k] < 0) continue;
+      alignas(64) LaneMask lanes;
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        lanes[i] = surfaces_.material[i] == surfaces_.material[k] ? -1 : 0;
+        done[i] |= lanes[i];
+      }
+      add(in_.scene.material(surfaces_.material[k]), lanes, colors, lit);
+    }
+  }
+
+ private:
+  void add(const Material& material, const LaneMask& lanes, LaneColors& colors, LitLanes* lit) {
+    sources_.next_material();
+    LaneColors color;
+    sources_.at(material.emission, lanes, color);
+    if (material.model == ShadingModel::unlit) return copy_lanes(lanes, color, colors);
+    const Rgb& ambient_light = in_.scene.scene().ambient_light;
+    if (!is_black(material.ambient) && ambient_light != Rgb{0, 0, 0}) {
+      LaneColors ambient;
+      sources_.at(material.ambient, lanes, ambient);
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        color.r[k] += ambient.r[k] * ambient_light[0];
+        color.g[k] += ambient.g[k] * ambient_light[1];
+        color.b[k] += ambient.b[k] * ambient_light[2];
+      }
+    }
+    copy_lanes(lanes, color, colors);
+    if (lit != nullptr) add_answer(material, lanes, *lit);
+  }
+
+  // How a material's lanes answer to light.
+  void add_answer(const Material& material, const LaneMask& lanes, LitLanes& lit) {
+    LaneColors answer;
+    sources_.at(material.diffuse, lanes, answer);
+    copy_lanes(lanes, answer, lit.diffuse);
+    if (!is_black(material.specular)) {
+      sources_.at(material.specular, lanes, answer);
+      copy_lanes(lanes, answer, lit.specular);
+      lit.any_specular = true;
+    }
+    lit.any = true;
+    const std::int32_t blinn = material.model == ShadingModel::blinn_phong ? -1 : 0;
+    const auto shininess = static_cast<float>(material.shininess);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      lit.mask[k] |= lanes[k];
+      lit.blinn[k] = lanes[k] != 0 ? blinn : lit.blinn[k];
+      lit.shininess[k] = lanes[k] != 0 ? shininess : lit.shininess[k];
+      if (lanes[k] == 0) continue;
+      lit.any_gouraud =
+          lit.any_gouraud || in_.scene.interpolation(packet_.object[k]) == Interpolation::gouraud;
+    }
+  }
+
+  const ShadingInputs& in_;
+  const RayPacket& packet_;
+  const LaneSurfaces& surfaces_;
+  alignas(64) LaneFloats footprint_ = {};
+  MaterialColors sources_;
+};
 
 // One light's share of every lit lane, and the shadow rays that decide whether it arrives.
 class LightPass {
  public:
-  LightPass(const ShadingInputs& in, const RayPacket& packet,
-            const std::array<Surface, kLanes>& surfaces, const LitLanes& lit)
+  LightPass(const ShadingInputs& in, const RayPacket& packet, const LaneSurfaces& surfaces,
+            const LitLanes& lit)
       : in_(in), packet_(packet), surfaces_(surfaces), lit_(lit) {}
 
   void run(const Light& light, std::uint32_t light_number, LaneColors& colors,
            std::uint64_t& rays) {
     if (is_area_light(light)) choose_light_points(light_number);
-    valid_ = {};
-    for (int i = 0; i < lit_.count; ++i)
-      prepare(light, lit_.lanes[static_cast<std::size_t>(i)], rays);
+    LaneLight incident;
+    LaneTerms terms;
+    incident_light(light, surfaces_, u_, v_, incident);
+    reflection_terms(lit_, surfaces_, packet_, incident, terms);
+    if (lit_.any_gouraud) interpolate_corners(light, terms);
+    alignas(64) LaneMask asked;
+    cast_shadow_rays(lit_, surfaces_, packet_, incident, terms, light.intensity, share_, shadow_,
+                     asked);
+    std::uint64_t count = 0;
+    for (const std::int32_t lane : asked) count += lane != 0 ? 1U : 0U;
+    if (count == 0) return;
+    rays += count;
     if (in_.scene.has_thin_sheets()) {
-      add_filtered(colors);
+      add_filtered(asked, colors);
     } else {
-      add_unoccluded(colors);
+      add_unoccluded(asked, colors);
     }
   }
 
@@ -69,61 +134,59 @@ class LightPass {
     in_.sequence.fill(keys, Dimension::light_v, v_);
   }
 
-  void prepare(const Light& light, const LitLane& lit, std::uint64_t& rays) {
-    const auto k = static_cast<std::size_t>(lit.lane);
-    const Surface& surface = surfaces_[k];
-    const auto u = static_cast<float>(u_[k]);
-    const auto v = static_cast<float>(v_[k]);
-    const IncidentLight incident = incident_light(light, surface.position, u, v);
-    const ReflectionTerms terms =
-        lit.interpolation == Interpolation::gouraud
-            ? gouraud_terms(in_.scene, light, lit, surface, packet_.origin(lit.lane), u, v)
-            : reflection_terms(*lit.material, surface.shading_normal, incident.to_light,
-                               lit.to_viewer);
-    const Rgb light_share =
-        incident.intensity * (lit.diffuse * terms.diffuse + lit.specular * terms.specular);
-    if (light_share[0] == 0.0F && light_share[1] == 0.0F && light_share[2] == 0.0F) return;
-    share_[k] = light_share;
-    valid_[k] = -1;
-    ++rays;
-    // The shadow ray leaves on the light's side, so that it does not meet its own triangle.
-    const float side = dot(surface.geometric_normal, incident.to_light) >= 0.0F ? 1.0F : -1.0F;
-    const Vec3f origin = surface.position + surface.geometric_normal * (side * surface.error);
-    shadow_.set(lit.lane, origin, incident.to_light, incident.distance * (1.0F - 1e-5F),
-                packet_.time[k]);
-  }
-
-  void add(std::size_t k, float factor, LaneColors& colors) {
-    colors.r[k] += factor * share_[k][0];
-    colors.g[k] += factor * share_[k][1];
-    colors.b[k] += factor * share_[k][2];
-  }
-
-  void add_unoccluded(LaneColors& colors) {
-    in_.scene.occlude(shadow_, valid_, Coherence::coherent);
+  // Gouraud: the factors at the three corners, unshadowed, interpolated to the hit point.
+  void interpolate_corners(const Light& light, LaneTerms& terms) const {
     for (std::size_t k = 0; k < kLanes; ++k) {
-      if (valid_[k] != 0 && shadow_.far[k] >= 0.0F) add(k, 1.0F, colors);
+      if (lit_.mask[k] == 0) continue;
+      if (in_.scene.interpolation(packet_.object[k]) != Interpolation::gouraud) continue;
+      const int lane = static_cast<int>(k);
+      const Surface surface = in_.scene.surface(packet_, lane);
+      const Vec3f eye = packet_.origin(lane);
+      const std::array<Corner, 3> corners = in_.scene.corners(surface);
+      const std::array<float, 3> weights = {1.0F - surface.b1 - surface.b2, surface.b1, surface.b2};
+      ReflectionTerms sum;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const IncidentLight incident = incident_light(
+            light, corners[i].position, static_cast<float>(u_[k]), static_cast<float>(v_[k]));
+        const ReflectionTerms at_corner =
+            reflection_terms(in_.scene.material(surface), corners[i].normal, incident.to_light,
+                             normalized(eye - corners[i].position));
+        sum.diffuse += weights[i] * at_corner.diffuse;
+        sum.specular += weights[i] * at_corner.specular;
+      }
+      terms.diffuse[k] = sum.diffuse;
+      terms.specular[k] = sum.specular;
     }
   }
 
-  void add_filtered(LaneColors& colors) {
+  void add_unoccluded(const LaneMask& asked, LaneColors& colors) {
+    in_.scene.occlude(shadow_, asked, Coherence::coherent);
     for (std::size_t k = 0; k < kLanes; ++k) {
-      if (valid_[k] == 0) continue;
+      const bool arrives = (asked[k] != 0) & (shadow_.far[k] >= 0.0F);
+      colors.r[k] += arrives ? share_.r[k] : 0.0F;
+      colors.g[k] += arrives ? share_.g[k] : 0.0F;
+      colors.b[k] += arrives ? share_.b[k] : 0.0F;
+    }
+  }
+
+  void add_filtered(const LaneMask& asked, LaneColors& colors) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (asked[k] == 0) continue;
       const int lane = static_cast<int>(k);
-      add(k,
-          in_.scene.transmittance(shadow_.origin(lane), shadow_.direction(lane), shadow_.far[k],
-                                  shadow_.time[k]),
-          colors);
+      const float passed = in_.scene.transmittance(shadow_.origin(lane), shadow_.direction(lane),
+                                                   shadow_.far[k], shadow_.time[k]);
+      colors.r[k] += passed * share_.r[k];
+      colors.g[k] += passed * share_.g[k];
+      colors.b[k] += passed * share_.b[k];
     }
   }
 
   const ShadingInputs& in_;
   const RayPacket& packet_;
-  const std::array<Surface, kLanes>& surfaces_;
+  const LaneSurfaces& surfaces_;
   const LitLanes& lit_;
   RayPacket shadow_ = {};
-  alignas(64) LaneMask valid_ = {};
-  std::array<Rgb, kLanes> share_ = {};
+  LaneColors share_ = {};
   LaneValues u_ = {};
   LaneValues v_ = {};
 };
@@ -131,36 +194,18 @@ class LightPass {
 }  // namespace
 
 void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
-                   float path_length, std::array<Surface, kLanes>& surfaces, LaneColors& colors,
+                   const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
                    std::uint64_t& rays) noexcept {
   const Scene& scene = in.scene.scene();
+  in.scene.surfaces(packet, valid, surfaces);
+  colors.r.fill(scene.background[0]);
+  colors.g.fill(scene.background[1]);
+  colors.b.fill(scene.background[2]);
+  SurfaceColors own(in, packet, path_length, surfaces);
+  if (!in.scene.lit()) return own.find(colors, nullptr);
   LitLanes lit;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const auto k = static_cast<std::size_t>(lane);
-    if (valid[k] == 0) continue;
-    if (!packet.hit(lane)) {
-      colors.set(lane, scene.background);
-      continue;
-    }
-    surfaces[k] = in.scene.surface(packet, lane);
-    const Surface& surface = surfaces[k];
-    const Material& material = in.scene.material(surface);
-    const float footprint = in.footprint_rate * (path_length + packet.far[k]);
-    Rgb color = color_at(in.scene, material.emission, surface, footprint);
-    if (material.model != ShadingModel::unlit) {
-      color =
-          color + color_at(in.scene, material.ambient, surface, footprint) * scene.ambient_light;
-      lit.lanes[static_cast<std::size_t>(lit.count++)] = {
-          .lane = lane,
-          .material = &material,
-          .diffuse = color_at(in.scene, material.diffuse, surface, footprint),
-          .specular = color_at(in.scene, material.specular, surface, footprint),
-          .to_viewer = -packet.direction(lane),
-          .interpolation = in.scene.interpolation(surface)};
-    }
-    colors.set(lane, color);
-  }
-  if (lit.count == 0 || scene.lights.empty()) return;
+  own.find(colors, &lit);
+  if (!lit.any) return;
   LightPass pass(in, packet, surfaces, lit);
   std::uint32_t number = 0;
   for (const Light& light : scene.lights) pass.run(light, number++, colors, rays);

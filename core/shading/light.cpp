@@ -9,9 +9,6 @@
 namespace fstop {
 namespace {
 
-// Only what single precision cannot hold is cut: squares of a million times this stay finite.
-constexpr double kLargestAttenuation = 1e12;
-
 // Light that comes from one place, spread to all sides.
 IncidentLight from_point(Vec3f source, const Attenuation& attenuation, const Rgb& intensity,
                          Vec3f position) {

@@ -11,7 +11,10 @@ struct IncidentLight {
   Rgb intensity = {0, 0, 0};  // f_radial * f_angular * the light's intensity
 };
 
-/// 1/(a0 + a1 d + a2 d^2), d in metres; at most 1e12, so that sums of squares stay finite.
+/// Only what single precision cannot hold is cut: squares of a million times this stay finite.
+inline constexpr double kLargestAttenuation = 1e12;
+
+/// 1/(a0 + a1 d + a2 d^2), d in metres; at most kLargestAttenuation.
 float radial_attenuation(const Attenuation& attenuation, float distance) noexcept;
 
 /// `light` at `position`; `u`, `v` in [0, 1) choose the point of an area light.

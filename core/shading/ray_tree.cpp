@@ -8,99 +8,169 @@
 namespace fstop {
 namespace {
 
-// A place in the tree of rays: which sample it belongs to and how much it still counts.
-struct Branch {
-  int lane = 0;
-  int depth = 0;
-  float weight = 1.0F;
-  float path_length = 0.0F;
-  float time = 0.0F;
-};
-
-class Tree {
+// The packets of one tree of rays: every lane follows its own sample, all lanes bounce together.
+class PacketTree {
  public:
-  Tree(const ShadingInputs& in, std::uint64_t& rays) : in_(in), rays_(rays) {}
+  PacketTree(const ShadingInputs& in, std::uint64_t& rays) : in_(in), rays_(rays) {}
 
-  // The whole light of a surface whose local light is known.
-  Rgb complete(const Surface& surface, Vec3f direction, const Rgb& local, const Branch& branch) {
-    const Material& material = in_.scene.material(surface);
-    const auto reflection = static_cast<float>(material.reflection);
-    const auto transmission = static_cast<float>(material.transmission);
-    Rgb color = local;
-    const float kept = transmission > 0.0F && !material.ior ? 1.0F - transmission : 1.0F;
-    if (reflection > 0.0F) {
-      const Vec3f mirror = mirrored(direction, surface.shading_normal);
-      color = color + follow(surface, mirror, child(branch, kept * reflection)) * reflection;
+  // The whole light along every valid lane of a traced packet. `weight`: how much a lane's light
+  // still counts; `path_length`: metres before this packet.
+  void shade(const RayPacket& packet, const LaneMask& valid, const LaneFloats& weight,
+             const LaneFloats& path_length, int depth, LaneColors& colors) {
+    LaneSurfaces surfaces;
+    ShadingInputs inputs = in_;
+    inputs.depth = depth;
+    shade_locally(inputs, packet, valid, path_length, surfaces, colors, rays_);
+    Shares shares;
+    if (!shares_of(surfaces, shares)) return;
+    alignas(64) LaneFloats length;
+    for (std::size_t k = 0; k < kLanes; ++k) length[k] = path_length[k] + packet.far[k];
+    const Bounce from{packet, surfaces, weight, length, depth};
+    if (shares.any_reflection) {
+      LaneColors light;
+      follow(from, shares.kept_reflection, mirrors(from), light);
+      add(shares.reflection, light, colors);
     }
-    color = color * kept;
-    if (transmission > 0.0F) {
-      const Vec3f onwards = material.ior ? bent(surface, direction, *material.ior) : direction;
-      color = color + follow(surface, onwards, child(branch, transmission)) * transmission;
+    if (!shares.any_transmission) return;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      colors.r[k] *= shares.kept[k];
+      colors.g[k] *= shares.kept[k];
+      colors.b[k] *= shares.kept[k];
     }
-    return color;
+    LaneColors light;
+    follow(from, shares.transmission, onwards(from), light);
+    add(shares.transmission, light, colors);
   }
 
  private:
-  static Branch child(const Branch& parent, float share) {
-    Branch branch = parent;
-    branch.weight *= share;
-    ++branch.depth;
-    return branch;
+  struct alignas(64) Shares {
+    LaneFloats reflection = {};
+    LaneFloats kept_reflection = {};  // what of it is not hidden by transmission
+    LaneFloats transmission = {};
+    LaneFloats kept = {};
+    bool any_reflection = false;
+    bool any_transmission = false;
+  };
+  struct alignas(64) Directions {
+    LaneFloats x = {}, y = {}, z = {};
+    void set(std::size_t k, Vec3f d) {
+      x[k] = d.x;
+      y[k] = d.y;
+      z[k] = d.z;
+    }
+    Vec3f get(std::size_t k) const { return {x[k], y[k], z[k]}; }
+  };
+  // Where branches start: a packet, what it hit, and what its light counts.
+  struct Bounce {
+    const RayPacket& packet;
+    const LaneSurfaces& surfaces;
+    const LaneFloats& weight;
+    const LaneFloats& path_length;
+    int depth = 0;
+  };
+
+  bool shares_of(const LaneSurfaces& surfaces, Shares& shares) const {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      shares.kept[k] = 1.0F;
+      if (surfaces.material[k] < 0) continue;
+      const Material& material = in_.scene.material(surfaces.material[k]);
+      const auto reflection = static_cast<float>(material.reflection);
+      const auto transmission = static_cast<float>(material.transmission);
+      const bool sheet = transmission > 0.0F && !material.ior;
+      shares.kept[k] = sheet ? 1.0F - transmission : 1.0F;
+      shares.reflection[k] = reflection;
+      shares.kept_reflection[k] = shares.kept[k] * reflection;
+      shares.transmission[k] = transmission;
+      shares.any_reflection = shares.any_reflection || reflection > 0.0F;
+      shares.any_transmission = shares.any_transmission || transmission > 0.0F;
+    }
+    return shares.any_reflection || shares.any_transmission;
   }
 
-  static Vec3f bent(const Surface& surface, Vec3f direction, double ior) {
+  static Directions mirrors(const Bounce& from) {
+    Directions result;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (from.surfaces.material[k] < 0) continue;
+      result.set(k, mirrored(from.packet.direction(static_cast<int>(k)), from.surfaces.normal(k)));
+    }
+    return result;
+  }
+
+  Directions onwards(const Bounce& from) const {
+    Directions result;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (from.surfaces.material[k] < 0) continue;
+      const Vec3f direction = from.packet.direction(static_cast<int>(k));
+      const Material& material = in_.scene.material(from.surfaces.material[k]);
+      const bool outside = from.surfaces.outside[k] != 0;
+      result.set(k, material.ior ? bent(direction, from.surfaces.normal(k), *material.ior, outside)
+                                 : direction);
+    }
+    return result;
+  }
+
+  static Vec3f bent(Vec3f direction, Vec3f normal, double ior, bool from_outside) {
     const auto index = static_cast<float>(ior);
-    const float eta = surface.from_outside ? 1.0F / index : index;
+    const float eta = from_outside ? 1.0F / index : index;
     Vec3f result;
-    if (refracted(direction, surface.shading_normal, eta, result)) return result;
-    return mirrored(direction, surface.shading_normal);
+    if (refracted(direction, normal, eta, result)) return result;
+    return mirrored(direction, normal);
   }
 
-  Rgb follow(const Surface& surface, Vec3f direction, const Branch& branch) {
-    const bool counts = branch.weight >= kSmallestBranch && branch.depth <= kDeepestBranch;
-    if (!counts || ++branches_ > kMostBranches) return {0, 0, 0};
-    const float side = dot(surface.geometric_normal, direction) >= 0.0F ? 1.0F : -1.0F;
-    const Vec3f origin = surface.position + surface.geometric_normal * (side * surface.error);
+  // Light from `directions`, of the lanes whose `share` is worth following; black in others.
+  void follow(const Bounce& from, const LaneFloats& share, const Directions& directions,
+              LaneColors& light) {
     RayPacket packet;
-    packet.set(0, origin, normalized(direction), kFar, branch.time);
-    in_.scene.intersect_one(packet);
-    ++rays_;
-    ShadingInputs inputs = in_;
-    const auto lane = static_cast<std::size_t>(branch.lane);
-    inputs.keys.pixel[0] = in_.keys.pixel[lane];
-    inputs.keys.index[0] = in_.keys.index[lane];
-    inputs.depth = branch.depth;
-    std::array<Surface, kLanes> surfaces;
-    LaneColors colors;
-    alignas(64) LaneMask first = {-1};
-    shade_locally(inputs, packet, first, branch.path_length, surfaces, colors, rays_);
-    const Rgb local = colors.get(0);
-    if (!packet.hit(0)) return local;
-    Branch next = branch;
-    next.path_length += packet.far[0];
-    return complete(surfaces[0], packet.direction(0), local, next);
+    alignas(64) LaneMask valid = {};
+    alignas(64) LaneFloats weight = {};
+    bool any = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (from.surfaces.material[k] < 0 || !(share[k] > 0.0F)) continue;
+      weight[k] = from.weight[k] * share[k];
+      const bool counts = weight[k] >= kSmallestBranch && from.depth < kDeepestBranch;
+      if (!counts || ++branches_[k] > kMostBranches) continue;
+      valid[k] = -1;
+      any = true;
+      ++rays_;
+      const Vec3f direction = normalized(directions.get(k));
+      const Vec3f face = from.surfaces.face(k);
+      const float side = dot(face, direction) >= 0.0F ? 1.0F : -1.0F;
+      const Vec3f origin = from.surfaces.position(k) + face * (side * from.surfaces.error[k]);
+      packet.set(static_cast<int>(k), origin, direction, kFar, from.packet.time[k]);
+    }
+    if (!any) return;
+    in_.scene.intersect(packet, valid, Coherence::incoherent);
+    shade(packet, valid, weight, from.path_length, from.depth + 1, light);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (valid[k] == 0) light.set(static_cast<int>(k), {0, 0, 0});
+    }
+  }
+
+  static void add(const LaneFloats& share, const LaneColors& light, LaneColors& colors) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      colors.r[k] += share[k] * light.r[k];
+      colors.g[k] += share[k] * light.g[k];
+      colors.b[k] += share[k] * light.b[k];
+    }
   }
 
   const ShadingInputs& in_;
   std::uint64_t& rays_;
-  int branches_ = 0;
+  std::array<int, kLanes> branches_ = {};
 };
 
 }  // namespace
 
 void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
            LaneColors& colors, std::uint64_t& rays) noexcept {
-  std::array<Surface, kLanes> surfaces;
-  shade_locally(in, packet, valid, 0.0F, surfaces, colors, rays);
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const auto k = static_cast<std::size_t>(lane);
-    if (valid[k] == 0 || !packet.hit(lane)) continue;
-    const Material& material = in.scene.material(surfaces[k]);
-    if (!(material.reflection > 0.0 || material.transmission > 0.0)) continue;
-    const Branch root{.lane = lane, .path_length = packet.far[k], .time = packet.time[k]};
-    colors.set(
-        lane, Tree(in, rays).complete(surfaces[k], packet.direction(lane), colors.get(lane), root));
+  if (!in.scene.branches()) {
+    LaneSurfaces surfaces;
+    shade_locally(in, packet, valid, LaneFloats{}, surfaces, colors, rays);
+    return;
   }
+  alignas(64) LaneFloats weight;
+  weight.fill(1.0F);
+  PacketTree(in, rays).shade(packet, valid, weight, LaneFloats{}, in.depth, colors);
 }
 
 BranchBound branch_bound(const std::vector<Material>& materials) {

@@ -1,15 +1,17 @@
-// Complete samples per second and core beside bare rtcIntersect1 on the same rays, in one run:
-// pairs of runs in turn, so that both see the same machine.
+// Complete samples per second and core beside Embree's bare coherent packets of the same rays, in
+// one run: pairs of runs in turn, so that both see the same machine.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <embree3/rtcore.h>
 
-#include "core/render/sample_loop.h"
+#include "core/render/block_tracer.h"
 #include "tests/bench/bench_scenes.h"
+#include "tests/bench/thread_timer.h"
 
 namespace fstop {
 namespace {
@@ -17,8 +19,8 @@ namespace {
 constexpr int kPairs = 7;
 constexpr int kWidth = 960;
 constexpr int kHeight = 640;
-constexpr std::uint32_t kSamples = 16;  // a pixel; every kRowStep-th row is rendered
-constexpr int kRowStep = 16;
+constexpr std::size_t kSamples = 16;  // a pixel; every kRowStep-th row of blocks is rendered
+constexpr int kRowStep = 8;
 
 CameraSpec bench_camera() {
   CameraSpec camera;
@@ -27,77 +29,93 @@ CameraSpec bench_camera() {
   return camera;
 }
 
-double seconds_of(const auto& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+// Blocks spread over the picture, as the tile loop visits them.
+std::vector<std::size_t> spread_blocks(const BlockGrid& grid) {
+  std::vector<std::size_t> blocks;
+  for (int row = 0; row < grid.rows; row += kRowStep) {
+    for (int column = 0; column < grid.columns; ++column) blocks.push_back(grid.index(column, row));
+  }
+  return blocks;
 }
 
-// One thread's complete samples over a spread of rows, as the tile loop calls them.
+// One thread's complete samples: sequence to sums.
 struct CompleteSamples {
   const SampleSource& source;
+  BlockGrid grid{kWidth, kHeight};
+  std::vector<std::size_t> blocks = spread_blocks(grid);
   std::uint64_t samples = 0;
   std::uint64_t rays = 0;
-  float checksum = 0.0F;
+  double checksum = 0.0;
 
-  void run() {
+  double seconds() {
     samples = 0;
     rays = 0;
-    alignas(64) LaneMask valid = {};
-    valid.fill(-1);
-    for (int y = 0; y < kHeight; y += kRowStep) {
-      for (int x = 0; x < kWidth; ++x) {
-        SampleKeys keys;
-        keys.pixel.fill(static_cast<std::uint32_t>(y * kWidth + x));
-        for (std::uint32_t i = 0; i < kLanes; ++i) keys.index[i] = i;
-        TracedPacket traced;
-        rays += trace_packet(source, keys, valid, traced);
-        checksum += traced.colors.r[0];
-        samples += kSamples;
-      }
+    const double start = thread_seconds();
+    for (const std::size_t block : blocks) {
+      BlockSums sums;
+      rays += BlockTracer(source, grid, block).trace(0, kSamples, sums);
+      samples += kSamples * kLanes;
+      checksum += sums.value[0][0];
     }
+    return thread_seconds() - start;
   }
 };
 
-// The same rays, made before, through rtcIntersect1 and nothing else.
-class BareRays {
+// The same rays, and those from where they hit to the sun, through Embree's coherent packets and
+// nothing else: packets are made some at a time, so that they lie in the cache, off the clock.
+class BarePackets {
  public:
-  BareRays(const SampleSource& source, const Scene& scene)
-      : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+  BarePackets(const SampleSource& source, const Scene& scene)
+      : source_(source), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     for (const Object& object : scene.objects) add(std::get<MeshObject>(object.shape).mesh);
     rtcCommitScene(scene_);
-    make_rays(source);
+    if (!scene.lights.empty() && scene.materials[0].model != ShadingModel::unlit) {
+      const auto& sun = std::get<DirectionalLight>(scene.lights[0].kind);
+      sun_ = normalized(-to_float(sun.direction));
+      has_sun_ = true;
+    }
   }
-  ~BareRays() {
+  ~BarePackets() {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
   }
-  BareRays(const BareRays&) = delete;
-  BareRays& operator=(const BareRays&) = delete;
+  BarePackets(const BarePackets&) = delete;
+  BarePackets& operator=(const BarePackets&) = delete;
 
-  void run() {
-    for (const Ray& ray : rays_) {
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
-      RTCRayHit hit = {};
-      hit.ray.org_x = static_cast<float>(ray.origin.x);
-      hit.ray.org_y = static_cast<float>(ray.origin.y);
-      hit.ray.org_z = static_cast<float>(ray.origin.z);
-      hit.ray.dir_x = static_cast<float>(ray.direction.x);
-      hit.ray.dir_y = static_cast<float>(ray.direction.y);
-      hit.ray.dir_z = static_cast<float>(ray.direction.z);
-      hit.ray.tfar = kFar;
-      hit.ray.mask = 0xffffffffU;
-      hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-      rtcIntersect1(scene_, &context, &hit);
-      checksum_ += hit.ray.tfar < kFar ? hit.ray.tfar : 0.0F;
+  double seconds(const CompleteSamples& samples) {
+    seconds_ = 0.0;
+    rays = 0;
+    for (const std::size_t block : samples.blocks) {
+      make_packets(samples.grid, block);
+      time([&](RTCIntersectContext& context) {
+        for (RayPacket& p : packets_) {
+          rtcIntersect16(all_.data(), scene_, &context, reinterpret_cast<RTCRayHit16*>(&p));
+        }
+      });
+      if (!has_sun_) continue;
+      make_shadow_packets();
+      time([&](RTCIntersectContext& context) {
+        for (std::size_t i = 0; i < kSamples; ++i) {
+          rtcOccluded16(asked_[i].data(), scene_, &context,
+                        reinterpret_cast<RTCRay16*>(&packets_[i]));
+        }
+      });
     }
+    return seconds_;
   }
-  std::size_t count() const { return rays_.size(); }
+  std::uint64_t rays = 0;
 
  private:
+  void time(const auto& work) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    const auto start = std::chrono::steady_clock::now();
+    work(context);
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
   void add(const Mesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<std::array<float, 3>*>(rtcSetNewGeometryBuffer(
@@ -111,35 +129,65 @@ class BareRays {
     rtcReleaseGeometry(geometry);
   }
 
-  void make_rays(const SampleSource& source) {
-    for (int y = 0; y < kHeight; y += kRowStep) {
-      for (int x = 0; x < kWidth; ++x) {
-        SampleKeys keys;
-        keys.pixel.fill(static_cast<std::uint32_t>(y * kWidth + x));
-        for (std::uint32_t i = 0; i < kLanes; ++i) keys.index[i] = i;
-        LaneValues px, py, u = {}, v = {};
-        source.sequence.fill(keys, Dimension::pixel_x, px);
-        source.sequence.fill(keys, Dimension::pixel_y, py);
-        if (source.samples_pupil) {
-          source.sequence.fill(keys, Dimension::lens_u, u);
-          source.sequence.fill(keys, Dimension::lens_v, v);
-          source.pupil.apply(u, v);
-        }
-        for (std::size_t i = 0; i < kLanes; ++i) {
-          rays_.push_back(std::visit(
-              [&](const auto& camera) {
-                return camera.ray({x + px[i], y + py[i]}, {u[i], v[i]});
-              },
-              source.camera));
-        }
+  void make_packets(const BlockGrid& grid, std::size_t block) {
+    SampleKeys keys;
+    keys.pixel.fill(static_cast<std::uint32_t>(block));
+    for (std::uint32_t i = 0; i < kLanes; ++i) keys.index[i] = i;
+    LaneValues u = {}, v = {};
+    if (source_.samples_pupil) {
+      source_.sequence.fill(keys, Dimension::lens_u, u);
+      source_.sequence.fill(keys, Dimension::lens_v, v);
+      source_.pupil.apply(u, v);
+    }
+    grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
+      keys.pixel.fill(static_cast<std::uint32_t>(y * kWidth + x));
+      LaneValues px, py;
+      source_.sequence.fill(keys, Dimension::pixel_x, px);
+      source_.sequence.fill(keys, Dimension::pixel_y, py);
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        const Ray ray = std::visit(
+            [&](const auto& camera) {
+              return camera.ray({x + px[i], y + py[i]}, {u[i], v[i]});
+            },
+            source_.camera);
+        packets_[i].set(static_cast<int>(lane), to_float(ray.origin), to_float(ray.direction), kFar,
+                        0.0F);
+        ++rays;
+      }
+    });
+  }
+
+  void make_shadow_packets() {
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      RayPacket& p = packets_[i];
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const auto k = static_cast<std::size_t>(lane);
+        Vec3f normal = normalized(Vec3f{p.normal_x[k], p.normal_y[k], p.normal_z[k]});
+        if (dot(normal, p.direction(lane)) > 0.0F) normal = -normal;
+        const bool lit = p.hit(lane) && dot(normal, sun_) > 0.0F;
+        asked_[i][k] = lit ? -1 : 0;
+        rays += lit ? 1U : 0U;
+        const Vec3f at = p.origin(lane) + p.direction(lane) * p.far[k] + normal * 1e-5F;
+        p.set(lane, at, sun_, kFar, 0.0F);
       }
     }
   }
 
+  const SampleSource& source_;
   RTCDevice device_;
   RTCScene scene_;
-  std::vector<Ray> rays_;
-  float checksum_ = 0.0F;
+  Vec3f sun_ = {};
+  bool has_sun_ = false;
+  double seconds_ = 0.0;
+  alignas(64) LaneMask all_ = filled();
+  std::array<RayPacket, kSamples> packets_ = {};
+  std::array<LaneMask, kSamples> asked_ = {};
+
+  static LaneMask filled() {
+    LaneMask mask;
+    mask.fill(-1);
+    return mask;
+  }
 };
 
 double median(std::vector<double> values) {
@@ -161,42 +209,48 @@ void compare(const std::string& label, Scene scene, bool through_lens) {
                             .samples_pupil = through_lens,
                             .texture_width_px = 0.25F};
   CompleteSamples complete{source};
-  BareRays bare(source, ray_scene.scene());
-  complete.run();
-  bare.run();
+  BarePackets bare(source, ray_scene.scene());
+  complete.seconds();
+  bare.seconds(complete);
   std::vector<double> sample_ns, bare_ns, ratios;
   for (int i = 0; i < kPairs; ++i) {
-    const double a = seconds_of([&] { complete.run(); });
-    const double b = seconds_of([&] { bare.run(); });
-    sample_ns.push_back(1e9 * a / static_cast<double>(complete.samples));
-    bare_ns.push_back(1e9 * b / static_cast<double>(bare.count()));
-    const double rays = static_cast<double>(complete.rays);
-    ratios.push_back((rays / a) / (static_cast<double>(bare.count()) / b));
+    const double a = 1e9 * complete.seconds() / static_cast<double>(complete.samples);
+    const double b = 1e9 * bare.seconds(complete) / static_cast<double>(complete.samples);
+    sample_ns.push_back(a);
+    bare_ns.push_back(b);
+    ratios.push_back(a / b);
   }
-  std::printf("%-22s %8.2f %9.1f %12.2f %10.2f %8.0f %% %6.0f %%\n", label.c_str(),
-              1e3 / median(sample_ns), median(sample_ns), 1e3 / median(bare_ns),
-              static_cast<double>(complete.rays) / static_cast<double>(complete.samples),
-              100.0 * median(ratios), 100.0 * *std::ranges::min_element(ratios));
+  const auto samples = static_cast<double>(complete.samples);
+  std::printf("%-22s %9.2f %9.1f %9.1f %9.3f %9.3f %8.2f %8.2f %8.2f\n", label.c_str(),
+              1e3 / median(sample_ns), median(sample_ns), median(bare_ns),
+              static_cast<double>(complete.rays) / samples,
+              static_cast<double>(bare.rays) / samples, median(ratios),
+              *std::ranges::min_element(ratios), *std::ranges::max_element(ratios));
 }
 
 }  // namespace
 }  // namespace fstop
 
-int main() {
+// Arguments: none for all, or the beginning of a row's name.
+int main(int argc, char** argv) {
   using namespace fstop;
   std::printf(
-      "One thread; medians of %d pairs of runs in turn. The ratio is the complete\n"
-      "samples' rays (shadow rays counted) per second over bare rtcIntersect1's.\n\n",
+      "One thread; medians of %d pairs of runs in turn. The ratio is a complete sample's time "
+      "over\n"
+      "that of its rays alone, the shadow ray counted, in Embree's coherent packets of 16.\n\n",
       kPairs);
-  std::printf("%-22s %8s %9s %12s %10s %10s %8s\n", "", "Msample", "ns per", "rtcIntersect1",
-              "rays per", "ratio", "least");
-  std::printf("%-22s %8s %9s %12s %10s %10s %8s\n", "", "/s", "sample", "Mray/s", "sample",
-              "median", "ratio");
-  compare("slats unlit pinhole", bench_slats(), false);
-  compare("slats unlit lens", bench_slats(), true);
-  compare("mesh unlit pinhole", bench_mesh(ShadingModel::unlit), false);
-  compare("mesh unlit lens", bench_mesh(ShadingModel::unlit), true);
-  compare("mesh phong pinhole", bench_mesh(ShadingModel::phong), false);
-  compare("mesh phong lens", bench_mesh(ShadingModel::phong), true);
+  std::printf("%-22s %9s %9s %9s %9s %9s %8s %8s %8s\n", "", "Msample", "ns per", "of rays",
+              "rays per", "bare rays", "ratio", "least", "most");
+  std::printf("%-22s %9s %9s %9s %9s %9s\n", "", "/s", "sample", "alone", "sample", "a sample");
+  const std::string_view wanted = argc > 1 ? argv[1] : "";
+  const auto row = [&](const std::string& label, Scene scene, bool through_lens) {
+    if (label.starts_with(wanted)) compare(label, std::move(scene), through_lens);
+  };
+  row("slats unlit pinhole", bench_slats(), false);
+  row("slats unlit lens", bench_slats(), true);
+  row("mesh unlit pinhole", bench_mesh(ShadingModel::unlit), false);
+  row("mesh unlit lens", bench_mesh(ShadingModel::unlit), true);
+  row("mesh phong pinhole", bench_mesh(ShadingModel::phong), false);
+  row("mesh phong lens", bench_mesh(ShadingModel::phong), true);
   return 0;
 }

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/film/block.h"
+#include "core/film/image.h"
+#include "core/film/noise_estimate.h"
+
+namespace fstop {
+
+inline constexpr int kReplicates = 2;
+/// Pixels whose error is told together, in squares of this side.
+inline constexpr int kErrorTile = 16;
+
+/// Two independent replicates A and B of one picture, sampled block by block, each block of each
+/// replicate by as many samples as it needs. The picture is (A + B)/2; the replicates' difference
+/// tells its error without bias, however the samples of one replicate depend on each other:
+///
+///     E (A - B)^2/4 = Var (A + B)/2
+///
+/// A block's count in one replicate may follow from what the *other* has seen, never from its own
+/// samples: then rare bright samples are not diluted by the counts they cause, and means stay
+/// unbiased.
+class ReplicateFilm {
+ public:
+  ReplicateFilm(int width, int height);
+
+  const BlockGrid& grid() const noexcept { return grid_; }
+  std::uint32_t samples(int replicate, std::size_t block) const noexcept {
+    return counts_[static_cast<std::size_t>(replicate)][block];
+  }
+
+  /// Adds `count` further samples of every pixel of a block. One thread a block and replicate.
+  void add(int replicate, std::size_t block, const BlockSums& sums, std::uint32_t count) noexcept;
+
+  /// Light of a replicate beside its samples, 3 channels; replaces what was there.
+  void set_extra(int replicate, Image light);
+
+  /// How fast a replicate's block converges by its own samples: V of the law that the mean squared
+  /// error, values clipped to [0,1], is V n^-kNetOrder. Negative before a second pass.
+  float spread(int replicate, std::size_t block) const noexcept {
+    return spreads_[static_cast<std::size_t>(replicate)][block];
+  }
+  /// Smallest BlockSums::least_defocus of both replicates.
+  float least_defocus(std::size_t block) const noexcept {
+    return std::min(defocus_[0][block], defocus_[1][block]);
+  }
+
+  /// Of scrambled nets, between independent samples' 1 and smooth integrands' 3.
+  static constexpr double kNetOrder = 1.25;
+
+  /// Blocks are the independent units: their pixels share pupil points. The bounds add 1.645 sqrt 2
+  /// standard errors of the mean over blocks, as the error that was made scatters like the
+  /// estimate. Without samples in both replicates nothing is known: the bound is 1.
+  NoiseEstimate noise() const;
+
+  /// (A + B)/2, 3 channels; where one replicate has no samples, the other.
+  Image mean() const;
+  Image replicate(int replicate) const;
+  /// Mean of (A - B)^2/4 over tiles of kErrorTile pixels a side, 3 channels, every pixel its
+  /// tile's.
+  Image tile_variance() const;
+
+  /// Mean and largest number of samples of a pixel, both replicates together.
+  double samples_mean() const;
+  int samples_max() const;
+
+ private:
+  // Values of a block in one replicate.
+  void values(std::size_t replicate, std::size_t block, BlockSums& values) const noexcept;
+
+  BlockGrid grid_;
+  std::array<std::vector<BlockSums>, kReplicates> sums_;
+  std::array<std::vector<std::uint32_t>, kReplicates> counts_;
+  std::array<std::vector<float>, kReplicates> spreads_;
+  std::array<std::vector<float>, kReplicates> defocus_;
+  std::array<Image, kReplicates> extra_ = {};
+};
+
+}  // namespace fstop

@@ -1,0 +1,231 @@
+#include "core/render/block_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/shading/ray_tree.h"
+#include "core/simd.h"
+
+namespace fstop {
+namespace {
+
+AimFrame frame_of(const Camera& camera) {
+  return std::visit([](const auto& any) { return any.aim_frame(); }, camera);
+}
+
+LaneWords pixels_of(const BlockGrid& grid, std::size_t block) {
+  LaneWords pixels = {};
+  grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
+    pixels[lane] = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(grid.width) +
+                   static_cast<std::uint32_t>(x);
+  });
+  return pixels;
+}
+
+// One pupil point's packet: all rays start there.
+struct Bundle {
+  Vec3f origin = {};
+  Vec3f right = {};
+  Vec3f down = {};
+  Vec3f forward = {};
+  float slope = 0.0F;
+  float shift_x = 0.0F;  // of the slopes, by the pupil point
+  float shift_y = 0.0F;
+  std::uint32_t mask = 0;
+};
+
+FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const LaneFloats& corner_y,
+                      const LaneFloats& jitter_x, const LaneFloats& jitter_y, RayPacket& packet) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float ax = corner_x[k] + jitter_x[k] * bundle.slope - bundle.shift_x;
+    const float ay = corner_y[k] + jitter_y[k] * bundle.slope - bundle.shift_y;
+    const float dx = bundle.forward.x + ax * bundle.right.x + ay * bundle.down.x;
+    const float dy = bundle.forward.y + ax * bundle.right.y + ay * bundle.down.y;
+    const float dz = bundle.forward.z + ax * bundle.right.z + ay * bundle.down.z;
+    const float scale = 1.0F / std::sqrt(dx * dx + dy * dy + dz * dz);
+    packet.org_x[k] = bundle.origin.x;
+    packet.org_y[k] = bundle.origin.y;
+    packet.org_z[k] = bundle.origin.z;
+    packet.near[k] = 0.0F;
+    packet.dir_x[k] = dx * scale;
+    packet.dir_y[k] = dy * scale;
+    packet.dir_z[k] = dz * scale;
+    packet.far[k] = kFar;
+    packet.mask[k] = bundle.mask;
+    packet.id[k] = 0;
+    packet.flags[k] = 0;
+    packet.object[k] = kNoHit;
+    packet.instance[k] = kNoHit;
+  }
+}
+FSTOP_AVX512 void aim_wide(const Bundle& bundle, const LaneFloats& corner_x,
+                           const LaneFloats& corner_y, const LaneFloats& jitter_x,
+                           const LaneFloats& jitter_y, RayPacket& packet) {
+  aim(bundle, corner_x, corner_y, jitter_x, jitter_y, packet);
+}
+
+// The chief ray's cosine to the fourth power: 1/(1 + a^2)^2 of its slopes.
+void fall_off(const LaneFloats& corner_x, const LaneFloats& corner_y, float slope,
+              TracedPacket& traced) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float ax = corner_x[k] + traced.jitter_x[k] * slope;
+    const float ay = corner_y[k] + traced.jitter_y[k] * slope;
+    const float squared = 1.0F / (1.0F + ax * ax + ay * ay);
+    const float factor = squared * squared;
+    traced.colors.r[k] *= factor;
+    traced.colors.g[k] *= factor;
+    traced.colors.b[k] *= factor;
+  }
+}
+
+FSTOP_KERNEL void finish(const RayPacket& packet, Vec3f forward, float exposure,
+                         TracedPacket& traced) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float cosine =
+        packet.dir_x[k] * forward.x + packet.dir_y[k] * forward.y + packet.dir_z[k] * forward.z;
+    const float depth = packet.far[k] * cosine;
+    traced.depth[k] = packet.object[k] != kNoHit ? depth : kFar;
+    traced.colors.r[k] *= exposure;
+    traced.colors.g[k] *= exposure;
+    traced.colors.b[k] *= exposure;
+  }
+}
+FSTOP_AVX512 void finish_wide(const RayPacket& packet, Vec3f forward, float exposure,
+                              TracedPacket& traced) {
+  finish(packet, forward, exposure, traced);
+}
+
+// Few samples in single precision, their sums in double.
+struct alignas(64) PartialSums {
+  LaneFloats r = {}, g = {}, b = {};
+};
+
+FSTOP_KERNEL void add(const LaneColors& colors, PartialSums& sums) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    sums.r[k] += colors.r[k];
+    sums.g[k] += colors.g[k];
+    sums.b[k] += colors.b[k];
+  }
+}
+FSTOP_AVX512 void add_wide(const LaneColors& colors, PartialSums& sums) { add(colors, sums); }
+
+}  // namespace
+
+BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
+                         std::size_t block) noexcept
+    : source_(source),
+      frame_(frame_of(source.camera)),
+      right_(to_float(frame_.right)),
+      down_(to_float(frame_.down)),
+      forward_(to_float(frame_.forward)),
+      slope_(static_cast<float>(frame_.slope)),
+      block_(static_cast<std::uint32_t>(block)),
+      inputs_{.scene = source.scene,
+              .sequence = source.sequence,
+              .keys = {.pixel = pixels_of(grid, block)},
+              .footprint_rate = source.texture_width_px * slope_},
+      pixel_x_(source.sequence, Dimension::pixel_x, inputs_.keys.pixel),
+      pixel_y_(source.sequence, Dimension::pixel_y, inputs_.keys.pixel),
+      time_(source.sequence, Dimension::time, inputs_.keys.pixel) {
+  grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
+    valid_[lane] = -1;
+    ++lanes_;
+    corner_x_[lane] = static_cast<float>((x - frame_.centre.x) * frame_.slope);
+    corner_y_[lane] = static_cast<float>((y - frame_.centre.y) * frame_.slope);
+  });
+}
+
+void BlockTracer::choose_pupil_points(std::uint32_t chunk) noexcept {
+  chunk_ = chunk;
+  SampleKeys keys;
+  keys.pixel.fill(block_);
+  for (std::uint32_t k = 0; k < kLanes; ++k) keys.index[k] = chunk * kLanes + k;
+  source_.sequence.fill(keys, Dimension::lens_u, pupil_x_);
+  source_.sequence.fill(keys, Dimension::lens_v, pupil_y_);
+  source_.pupil.apply(pupil_x_, pupil_y_);
+}
+
+std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) noexcept {
+  pixel_x_.fill(index, traced.jitter_x);
+  pixel_y_.fill(index, traced.jitter_y);
+  Bundle bundle{.origin = to_float(frame_.position),
+                .right = right_,
+                .down = down_,
+                .forward = forward_,
+                .slope = slope_,
+                .mask = source_.mask};
+  if (source_.samples_pupil) {
+    if (index / kLanes != chunk_) choose_pupil_points(index / kLanes);
+    const double px = pupil_x_[index % kLanes] * frame_.radius;
+    const double py = pupil_y_[index % kLanes] * frame_.radius;
+    bundle.origin = to_float(frame_.position + frame_.right * px + frame_.down * py);
+    bundle.shift_x = static_cast<float>(px * frame_.vergence);
+    bundle.shift_y = static_cast<float>(py * frame_.vergence);
+  }
+  RayPacket& packet = packet_;
+  if (has_avx512()) {
+    aim_wide(bundle, corner_x_, corner_y_, traced.jitter_x, traced.jitter_y, packet);
+  } else {
+    aim(bundle, corner_x_, corner_y_, traced.jitter_x, traced.jitter_y, packet);
+  }
+  if (source_.shutter_seconds > 0.0F) {
+    time_.fill(index, packet.time);
+    const auto share = source_.shutter_seconds / static_cast<float>(kLongestShutter);
+    for (float& t : packet.time) t *= share;
+  }
+  source_.scene.intersect(packet, valid_, Coherence::coherent);
+  std::uint64_t rays = lanes_;
+  inputs_.keys.index.fill(index);
+  shade(inputs_, packet, valid_, traced.colors, rays);
+  if (has_avx512()) {
+    finish_wide(packet, forward_, source_.exposure, traced);
+  } else {
+    finish(packet, forward_, source_.exposure, traced);
+  }
+  if (source_.falloff) fall_off(corner_x_, corner_y_, slope_, traced);
+  return rays;
+}
+
+float BlockTracer::least_defocus(const TracedPacket& traced) const noexcept {
+  const auto focus = static_cast<float>(frame_.vergence);
+  const Scene& scene = source_.scene.scene();
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float off = std::abs(focus - 1.0F / traced.depth[k]);
+    least = valid_[k] != 0 && off < least ? off : least;
+  }
+  if (!source_.scene.branches()) return least;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    if (valid_[k] == 0 || packet_.object[k] == kNoHit) continue;
+    const auto material = static_cast<std::size_t>(scene.objects[packet_.object[k]].material);
+    const Material& m = scene.materials[material];
+    if (m.reflection > 0.0 || m.transmission > 0.0) return 0.0F;
+  }
+  return least;
+}
+
+std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
+                                 BlockSums& sums) noexcept {
+  std::uint64_t rays = 0;
+  float least = sums.least_defocus;
+  const bool wide = has_avx512();
+  for (std::uint32_t done = 0; done < count; done += kLanes) {
+    PartialSums partial;
+    rays += trace(first + done, std::min<std::uint32_t>(kLanes, count - done),
+                  [&](const TracedPacket& traced) {
+                    least = std::min(least, least_defocus(traced));
+                    if (wide) return add_wide(traced.colors, partial);
+                    add(traced.colors, partial);
+                  });
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      sums.value[0][k] += static_cast<double>(partial.r[k]);
+      sums.value[1][k] += static_cast<double>(partial.g[k]);
+      sums.value[2][k] += static_cast<double>(partial.b[k]);
+    }
+  }
+  sums.least_defocus = least;
+  return rays;
+}
+
+}  // namespace fstop

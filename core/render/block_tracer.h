@@ -1,0 +1,92 @@
+#pragma once
+
+#include "core/camera/camera.h"
+#include "core/film/block.h"
+#include "core/sampling/sequence.h"
+#include "core/sampling/warp.h"
+#include "core/scene/ray_scene.h"
+#include "core/shading/illumination.h"
+
+namespace fstop {
+
+static_assert(kBlockPixels == kLanes, "a packet holds one sample of every pixel of a block");
+
+/// Everything a complete sample needs: scene, camera, and how its value is scaled.
+struct SampleSource {
+  const RayScene& scene;
+  const Camera& camera;
+  const Sensor& sensor;
+  PupilWarp pupil;
+  SampleSequence sequence;
+  bool samples_pupil = true;         // false: every ray through the centre of projection
+  bool falloff = false;              // multiply by the chief ray's cos^4
+  float exposure = 1.0F;             // factor from radiance to pixel value
+  float shutter_seconds = 0.0F;      // > 0: rays are spread over the time the shutter is open
+  float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
+  std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
+};
+
+/// A packet of complete samples: where they were taken, what they saw and how far off.
+struct alignas(64) TracedPacket {
+  LaneColors colors = {};
+  LaneFloats jitter_x = {};  // of the sample inside its pixel
+  LaneFloats jitter_y = {};
+  LaneFloats depth = {};  // metres along the axis; infinity: nothing
+};
+
+/// Takes the samples of one block of pixels. All pixels of a block share each sample's pupil point,
+/// so that a packet's rays stay together and its origin is one; every pixel has its own points
+/// inside the pixel, of light and of time.
+class BlockTracer {
+ public:
+  BlockTracer(const SampleSource& source, const BlockGrid& grid, std::size_t block) noexcept;
+
+  /// Blur diameter in pixels of a vergence of 1/metre beside the focus.
+  double blur_px() const noexcept { return 2.0 * frame_.radius / frame_.slope; }
+
+  /// Lanes whose pixel lies in the picture.
+  const LaneMask& valid() const noexcept { return valid_; }
+
+  /// Calls visit(packet) with each of the samples [first, first + count), one of every pixel.
+  /// Returns the number of rays.
+  template <typename Visit>
+  std::uint64_t trace(std::uint32_t first, std::uint32_t count, const Visit& visit) {
+    std::uint64_t rays = 0;
+    TracedPacket traced;
+    for (std::uint32_t i = first; i < first + count; ++i) {
+      rays += trace_one(i, traced);
+      visit(traced);
+    }
+    return rays;
+  }
+  /// The same into sums.
+  std::uint64_t trace(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
+
+ private:
+  // Smallest distance from the focus, 1/metre, of what the packet's valid lanes have met.
+  float least_defocus(const TracedPacket& traced) const noexcept;
+  std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
+  void choose_pupil_points(std::uint32_t chunk) noexcept;
+
+  const SampleSource& source_;
+  AimFrame frame_;
+  Vec3f right_;
+  Vec3f down_;
+  Vec3f forward_;
+  float slope_;
+  std::uint32_t block_;
+  std::uint32_t lanes_ = 0;  // how many are valid
+  alignas(64) LaneMask valid_ = {};
+  ShadingInputs inputs_;
+  alignas(64) LaneFloats corner_x_ = {};  // chief ray's slope at the pixels' upper left corners
+  alignas(64) LaneFloats corner_y_ = {};
+  LaneSequence pixel_x_;
+  LaneSequence pixel_y_;
+  LaneSequence time_;
+  RayPacket packet_ = {};
+  std::uint32_t chunk_ = 0xffffffffU;  // of kLanes samples, whose pupil points are at hand
+  alignas(64) LaneValues pupil_x_ = {};
+  alignas(64) LaneValues pupil_y_ = {};
+};
+
+}  // namespace fstop
