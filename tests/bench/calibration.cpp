@@ -14,12 +14,13 @@ int main(int count, char** words) {
   };
   const std::filesystem::path folder = count > 1 ? words[1] : "build/bench";
   const int cases = number(2, 300);
-  const std::vector<fstop::CalibrationCase> done = fstop::calibrated(
-      static_cast<std::uint32_t>(number(3, 1)), cases, number(4, 2), {.all_methods = true});
-  fstop::print_calibration(std::cout, done);
-  fstop::print_choices(std::cout, done);
   std::filesystem::create_directories(folder);
   std::ofstream csv(folder / "calibration.csv");
-  fstop::write_calibration_csv(csv, done);
+  fstop::write_csv_names(csv);
+  const std::vector<fstop::CalibrationCase> done = fstop::calibrated(
+      static_cast<std::uint32_t>(number(3, 1)), cases, number(4, 2), {.all_methods = true},
+      [&](const fstop::CalibrationCase& one) { fstop::write_csv(csv, one); });
+  fstop::print_calibration(std::cout, done);
+  fstop::print_choices(std::cout, done);
   return csv ? 0 : 1;
 }

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <thread>
 
 #include "core/error.h"
@@ -97,14 +98,18 @@ CalibrationCase calibrated(std::uint32_t seed, const CalibrationOptions& options
 }
 
 std::vector<CalibrationCase> calibrated(std::uint32_t first, int count, int threads,
-                                        const CalibrationOptions& options) {
+                                        const CalibrationOptions& options,
+                                        const std::function<void(const CalibrationCase&)>& done) {
   std::vector<CalibrationCase> cases(static_cast<std::size_t>(count));
   std::vector<std::exception_ptr> failures(cases.size());
   std::atomic<std::size_t> next = 0;
+  std::mutex telling;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++) {
       try {
         cases[i] = calibrated(first + static_cast<std::uint32_t>(i), options);
+        const std::scoped_lock lock(telling);
+        if (done) done(cases[i]);
       } catch (...) {
         failures[i] = std::current_exception();
       }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <string>
 #include <vector>
@@ -47,9 +48,11 @@ struct CalibrationOptions {
 /// a tenth of the target, rendered by `auto` (and by every method) and held against its truth.
 CalibrationCase calibrated(std::uint32_t seed, const CalibrationOptions& options);
 
-/// Cases `first` to `first + count - 1`, `threads` of them at a time, each on one thread.
-std::vector<CalibrationCase> calibrated(std::uint32_t first, int count, int threads,
-                                        const CalibrationOptions& options);
+/// Cases `first` to `first + count - 1`, `threads` of them at a time, each on one thread; `done` is
+/// told of each as it ends, one at a time.
+std::vector<CalibrationCase> calibrated(
+    std::uint32_t first, int count, int threads, const CalibrationOptions& options,
+    const std::function<void(const CalibrationCase&)>& done = {});
 
 /// What many cases say together; shares of the cases that references resolve.
 struct CalibrationSummary {
@@ -75,7 +78,8 @@ ChoiceSummary choices_of(const std::vector<CalibrationCase>& cases);
 /// Tables by method and by target, and the worst cases.
 void print_calibration(std::ostream& out, const std::vector<CalibrationCase>& cases);
 void print_choices(std::ostream& out, const std::vector<CalibrationCase>& cases);
-/// One line a trial.
-void write_calibration_csv(std::ostream& out, const std::vector<CalibrationCase>& cases);
+/// One line a trial, after a line of names.
+void write_csv_names(std::ostream& out);
+void write_csv(std::ostream& out, const CalibrationCase& one);
 
 }  // namespace fstop

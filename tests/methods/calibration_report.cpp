@@ -110,13 +110,15 @@ void print_choices(std::ostream& out, const std::vector<CalibrationCase>& cases)
   }
 }
 
-void write_calibration_csv(std::ostream& out, const std::vector<CalibrationCase>& cases) {
+void write_csv_names(std::ostream& out) {
   out << "seed,asked,method,target,true,scatter,estimate,upper_95,rays,cpu_s,reference_noise,"
          "reference_samples,what,passed_over\n";
-  for (const CalibrationCase& c : cases) {
-    write_trial(out, c, c.chosen, "auto");
-    for (const MethodTrial& t : c.methods) write_trial(out, c, t, t.method.c_str());
-  }
+}
+
+void write_csv(std::ostream& out, const CalibrationCase& one) {
+  write_trial(out, one, one.chosen, "auto");
+  for (const MethodTrial& t : one.methods) write_trial(out, one, t, t.method.c_str());
+  out.flush();
 }
 
 }  // namespace fstop

@@ -116,18 +116,15 @@ class RegimeTrial {
 
 }  // namespace
 
-std::vector<StabilityCell> stability_cells(const std::vector<Regime>& regimes, int most_samples,
-                                           int threads) {
+std::vector<StabilityCell> stability_cells(const Regime& regime, int most_samples, int threads) {
   WorkerPool workers(threads);
   const RunControl run{.workers = &workers};
+  RegimeTrial trial(regime, most_samples, run);
   std::vector<StabilityCell> cells;
-  for (const Regime& regime : regimes) {
-    RegimeTrial trial(regime, most_samples, run);
-    for (const RenderMethod* method : render_methods()) {
-      cells.push_back(trial.cell(std::string(method->name())));
-    }
-    cells.push_back(trial.cell("auto"));
+  for (const RenderMethod* method : render_methods()) {
+    cells.push_back(trial.cell(std::string(method->name())));
   }
+  cells.push_back(trial.cell("auto"));
   return cells;
 }
 

@@ -30,7 +30,7 @@ struct StabilityCell {
   std::string note = {};    // refusal or failure in words
 };
 
-/// Every regime by every method and by `auto`, on `threads` threads.
+/// A regime by every method and by `auto`, on `threads` threads (0: all there are).
 ///
 /// Methods of rays are held against lens sampling of other seeds with diffraction off. `wave` has
 /// diffraction: it is held against the same rays where leaving diffraction out changes less than a
@@ -38,8 +38,7 @@ struct StabilityCell {
 ///
 /// A cell is broken where the true error, less twice its scatter, is over 1.25 bounds: a bound of
 /// 95 % may be passed by a little in one picture of twenty.
-std::vector<StabilityCell> stability_cells(const std::vector<Regime>& regimes, int most_samples,
-                                           int threads);
+std::vector<StabilityCell> stability_cells(const Regime& regime, int most_samples, int threads);
 
 std::string_view verdict_name(Verdict verdict);
 void print_stability(std::ostream& out, const std::vector<StabilityCell>& cells);
