@@ -24,8 +24,12 @@ constexpr Named<Precision> kPrecisions[] = {{"single", Precision::single},
                                             {"half", Precision::half}};
 constexpr Named<EffectChoice> kEffectChoices[] = {
     {"auto", EffectChoice::automatic}, {"on", EffectChoice::on}, {"off", EffectChoice::off}};
-constexpr Named<std::string_view> kMethods[] = {
-    {"auto", "auto"}, {"pinhole", "pinhole"}, {"lens-sampling", "lens-sampling"}, {"wave", "wave"}};
+constexpr Named<std::string_view> kMethods[] = {{"auto", "auto"},
+                                                {"pinhole", "pinhole"},
+                                                {"lens-reconstruction", "lens-reconstruction"},
+                                                {"bokeh-splatting", "bokeh-splatting"},
+                                                {"lens-sampling", "lens-sampling"},
+                                                {"wave", "wave"}};
 constexpr Named<bool> kSpectra[] = {{"rgb", false}, {"monochromatic", true}};
 
 std::vector<Named<double>> criterion_coefficients() {

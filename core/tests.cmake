@@ -23,13 +23,15 @@ fstop_test(sampling_test LABEL unit SOURCES sampling/sequence_test.cpp sampling/
            LINK fstop_sampling fstop_oracle)
 
 fstop_test(camera_test LABEL unit
-           SOURCES camera/camera_spec_test.cpp camera/optical_summary_test.cpp
+           SOURCES camera/camera_spec_test.cpp camera/film_projection_test.cpp
+                   camera/optical_summary_test.cpp
                    camera/pinhole_camera_test.cpp camera/thin_lens_camera_test.cpp
            LINK fstop_camera)
 
 fstop_test(film_test LABEL unit SOURCES film/film_test.cpp LINK fstop_film fstop_oracle)
 
-fstop_test(scene_test LABEL unit SOURCES scene/ray_scene_test.cpp scene/texture_test.cpp
+fstop_test(scene_test LABEL unit
+           SOURCES scene/emitters_test.cpp scene/ray_scene_test.cpp scene/texture_test.cpp
            LINK fstop_scene)
 
 fstop_test(measure_test LABEL unit

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 
 namespace fstop {
 
@@ -53,10 +54,12 @@ struct BlockGrid {
   }
 };
 
-/// Sums of samples of a block's pixels, per channel and lane.
+/// Sums of samples of a block's pixels, per channel and lane, and how sharp anything in it is.
 struct alignas(64) BlockSums {
   using Lanes = std::array<double, kBlockPixels>;
   std::array<Lanes, 3> value = {};
+  /// Smallest distance in vergence, 1/metre, of what a sample met from the focus; 0 for mirrors.
+  float least_defocus = std::numeric_limits<float>::infinity();
 };
 
 }  // namespace fstop

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/film/square_sums.h"
 
@@ -25,6 +26,7 @@ ReplicateFilm::ReplicateFilm(int width, int height) : grid_(width, height) {
     sums_[r].resize(grid_.count());
     counts_[r].resize(grid_.count());
     spreads_[r].assign(grid_.count(), -1.0F);
+    defocus_[r].assign(grid_.count(), std::numeric_limits<float>::infinity());
   }
 }
 
@@ -48,6 +50,7 @@ void ReplicateFilm::add(int replicate, std::size_t block, const BlockSums& sums,
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < kBlockPixels; ++k) total.value[c][k] += sums.value[c][k];
   }
+  defocus_[r][block] = std::min(defocus_[r][block], sums.least_defocus);
   counts_[r][block] += count;
 }
 

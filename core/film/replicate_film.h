@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -43,6 +44,11 @@ class ReplicateFilm {
   float spread(int replicate, std::size_t block) const noexcept {
     return spreads_[static_cast<std::size_t>(replicate)][block];
   }
+  /// Smallest BlockSums::least_defocus of both replicates.
+  float least_defocus(std::size_t block) const noexcept {
+    return std::min(defocus_[0][block], defocus_[1][block]);
+  }
+
   /// Of scrambled nets, between independent samples' 1 and smooth integrands' 3.
   static constexpr double kNetOrder = 1.25;
 
@@ -70,6 +76,7 @@ class ReplicateFilm {
   std::array<std::vector<BlockSums>, kReplicates> sums_;
   std::array<std::vector<std::uint32_t>, kReplicates> counts_;
   std::array<std::vector<float>, kReplicates> spreads_;
+  std::array<std::vector<float>, kReplicates> defocus_;
   std::array<Image, kReplicates> extra_ = {};
 };
 

@@ -6,7 +6,6 @@
 namespace fstop {
 namespace {
 
-constexpr double kOrder = ReplicateFilm::kNetOrder;
 // Below this share of the mean spread a block is as good as flat: it keeps a tenth of the mean
 // count, so that what was not seen yet has a chance.
 constexpr double kLeastSpread = 0.005;
@@ -16,12 +15,12 @@ struct Steps {
   static constexpr int kCount = 34;
   std::array<std::uint32_t, kCount> count = {};
   std::array<double, kCount> error = {};
-  Steps() {
+  explicit Steps(double order) {
     for (int i = 0; i < kCount; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const std::uint32_t power = 1U << (i / 2);
       count[k] = i % 2 == 0 ? power : std::max(1U, power + power / 2);
-      error[k] = std::pow(count[k], -kOrder);
+      error[k] = std::pow(count[k], -order);
     }
   }
   // The first step of at least `samples`.
@@ -70,7 +69,8 @@ std::vector<float> smoothed(const ReplicateFilm& film, int replicate) {
 
 class Allocator {
  public:
-  Allocator(const ReplicateFilm& film, const AllocationGoal& goal) : film_(film), goal_(goal) {
+  Allocator(const ReplicateFilm& film, const AllocationGoal& goal)
+      : film_(film), goal_(goal), steps_(goal.order) {
     for (int r = 0; r < kReplicates; ++r) add_replicate(r);
     for (const auto& c : candidates_) {
       now_ += double(c.pixels) * static_cast<double>(c.spread) *
@@ -99,7 +99,12 @@ class Allocator {
   };
 
   void add_replicate(int replicate) {
-    const std::vector<float> spreads = smoothed(film_, 1 - replicate);
+    std::vector<float> spreads = smoothed(film_, 1 - replicate);
+    if (goal_.shares != nullptr) {
+      for (std::size_t block = 0; block < spreads.size(); ++block) {
+        spreads[block] *= (*goal_.shares)[block];
+      }
+    }
     double mean = 0.0;
     for (const float v : spreads) mean += static_cast<double>(v);
     mean /= static_cast<double>(spreads.size());
@@ -108,7 +113,7 @@ class Allocator {
       const std::uint32_t count = film_.samples(replicate, block);
       Candidate c{.spread = std::max(spreads[block], least), .pixels = film_.grid().pixels(block)};
       c.log_wish =
-          static_cast<float>(2.0 * std::log2(static_cast<double>(c.spread)) / (1.0 + kOrder));
+          static_cast<float>(2.0 * std::log2(static_cast<double>(c.spread)) / (1.0 + goal_.order));
       c.now = steps_.at_least(count);
       const double most = std::min(goal_.most_growth * count, double(goal_.most_samples));
       c.most = std::max(c.now, steps_.at_least(most));
@@ -153,7 +158,7 @@ class Allocator {
 
   const ReplicateFilm& film_;
   const AllocationGoal& goal_;
-  Steps steps_ = {};
+  Steps steps_;
   std::vector<Candidate> candidates_ = {};
   double now_ = 0.0;
 };

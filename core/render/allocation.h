@@ -13,11 +13,14 @@ using BlockCounts = std::array<std::vector<std::uint32_t>, kReplicates>;
 
 /// What an allocation is to reach, and what it may spend.
 struct AllocationGoal {
-  double mse = 0.0;                    // of the mean of both replicates
-  double measured = 0.0;               // the same now
-  double most_growth = 4.0;            // of a block's count
-  double budget = 0.0;                 // further samples over all pixels
-  std::uint32_t most_samples = 32768;  // of a pixel in one replicate
+  double mse = 0.0;                         // of the mean of both replicates
+  double measured = 0.0;                    // the same now
+  double most_growth = 4.0;                 // of a block's count
+  double budget = 0.0;                      // further samples over all pixels
+  std::uint32_t most_samples = 32768;       // of a pixel in one replicate
+  double order = ReplicateFilm::kNetOrder;  // t of the law
+  /// By block: what of its error the finished picture has; null: all.
+  const std::vector<float>* shares = nullptr;
 };
 
 struct Allocation {

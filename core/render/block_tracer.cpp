@@ -1,6 +1,8 @@
 #include "core/render/block_tracer.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/shading/ray_tree.h"
 #include "core/simd.h"
@@ -30,7 +32,7 @@ struct Bundle {
   float slope = 0.0F;
   float shift_x = 0.0F;  // of the slopes, by the pupil point
   float shift_y = 0.0F;
-  std::uint32_t visible = 0;
+  std::uint32_t mask = 0;
 };
 
 FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const LaneFloats& corner_y,
@@ -50,7 +52,7 @@ FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const La
     packet.dir_y[k] = dy * scale;
     packet.dir_z[k] = dz * scale;
     packet.far[k] = kFar;
-    packet.mask[k] = bundle.visible;
+    packet.mask[k] = bundle.mask;
     packet.id[k] = 0;
     packet.flags[k] = 0;
     packet.object[k] = kNoHit;
@@ -152,7 +154,7 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
                 .down = down_,
                 .forward = forward_,
                 .slope = slope_,
-                .visible = source_.visible};
+                .mask = source_.mask};
   if (source_.samples_pupil) {
     if (index / kLanes != chunk_) choose_pupil_points(index / kLanes);
     const double px = pupil_x_[index % kLanes] * frame_.radius;
@@ -185,14 +187,34 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
   return rays;
 }
 
+float BlockTracer::least_defocus(const TracedPacket& traced) const noexcept {
+  const auto focus = static_cast<float>(frame_.vergence);
+  const Scene& scene = source_.scene.scene();
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float off = std::abs(focus - 1.0F / traced.depth[k]);
+    least = valid_[k] != 0 && off < least ? off : least;
+  }
+  if (!source_.scene.branches()) return least;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    if (valid_[k] == 0 || packet_.object[k] == kNoHit) continue;
+    const auto material = static_cast<std::size_t>(scene.objects[packet_.object[k]].material);
+    const Material& m = scene.materials[material];
+    if (m.reflection > 0.0 || m.transmission > 0.0) return 0.0F;
+  }
+  return least;
+}
+
 std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
                                  BlockSums& sums) noexcept {
   std::uint64_t rays = 0;
+  float least = sums.least_defocus;
   const bool wide = has_avx512();
   for (std::uint32_t done = 0; done < count; done += kLanes) {
     PartialSums partial;
     rays += trace(first + done, std::min<std::uint32_t>(kLanes, count - done),
                   [&](const TracedPacket& traced) {
+                    least = std::min(least, least_defocus(traced));
                     if (wide) return add_wide(traced.colors, partial);
                     add(traced.colors, partial);
                   });
@@ -202,6 +224,7 @@ std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
       sums.value[2][k] += static_cast<double>(partial.b[k]);
     }
   }
+  sums.least_defocus = least;
   return rays;
 }
 

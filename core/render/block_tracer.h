@@ -18,12 +18,12 @@ struct SampleSource {
   const Sensor& sensor;
   PupilWarp pupil;
   SampleSequence sequence;
-  bool samples_pupil = true;            // false: every ray through the centre of projection
-  bool falloff = false;                 // multiply by the chief ray's cos^4
-  float exposure = 1.0F;                // factor from radiance to pixel value
-  float shutter_seconds = 0.0F;         // > 0: rays are spread over the time the shutter is open
-  float texture_width_px = 0.0F;        // pixels that a texture lookup averages over
-  std::uint32_t visible = 0xffffffffU;  // mask of the first rays: what they may meet
+  bool samples_pupil = true;         // false: every ray through the centre of projection
+  bool falloff = false;              // multiply by the chief ray's cos^4
+  float exposure = 1.0F;             // factor from radiance to pixel value
+  float shutter_seconds = 0.0F;      // > 0: rays are spread over the time the shutter is open
+  float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
+  std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
 };
 
 /// A packet of complete samples: where they were taken, what they saw and how far off.
@@ -40,6 +40,9 @@ struct alignas(64) TracedPacket {
 class BlockTracer {
  public:
   BlockTracer(const SampleSource& source, const BlockGrid& grid, std::size_t block) noexcept;
+
+  /// Blur diameter in pixels of a vergence of 1/metre beside the focus.
+  double blur_px() const noexcept { return 2.0 * frame_.radius / frame_.slope; }
 
   /// Lanes whose pixel lies in the picture.
   const LaneMask& valid() const noexcept { return valid_; }
@@ -60,6 +63,8 @@ class BlockTracer {
   std::uint64_t trace(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
 
  private:
+  // Smallest distance from the focus, 1/metre, of what the packet's valid lanes have met.
+  float least_defocus(const TracedPacket& traced) const noexcept;
   std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
   void choose_pupil_points(std::uint32_t chunk) noexcept;
 

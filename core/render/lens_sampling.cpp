@@ -2,8 +2,14 @@
 
 #include "core/render/adaptive.h"
 #include "core/render/progressive.h"
+#include "core/render/splatted_light.h"
 
 namespace fstop {
+namespace {
+
+constexpr double kLeastShare = 0.18;  // of a blur disc, in which samples are shared
+
+}  // namespace
 
 Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.diffraction == EffectChoice::on) {
@@ -17,13 +23,63 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // Pixels mix what lies within a blur disc: their spread is that of the whole picture.
   quote.cost_rays = predicted_rays(facts, shot.quality.max_error, facts.contrast);
+  // Samples find a small emitter once in thousands.
+  if (facts.emitters_splatted > 0) quote.cost_rays *= 50.0;
   return quote;
 }
 
 RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, true),
+                             {.quality = shot.quality, .seed = shot.seed, .bias = bias}, run);
+}
+
+Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const {
+  Quote quote = LensSampling().quote(shot, facts);
+  if (!quote.refusal.empty()) return quote;
+  if (facts.largest_blur_px * kLeastShare < 1.0) {
+    return {.refusal = "no blur disc is wide enough to share samples within"};
+  }
+  // The pilot decides whether to share; looking costs some pixel operations.
+  quote.cost_rays *= 1.0 - 0.5 * facts.blurred_share;
+  quote.cost_rays += 2.0 * facts.pixel_count;
+  return quote;
+}
+
+RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts&, double bias,
+                                         const RunControl& run) const {
+  const Camera camera = camera_of(shot.camera, shot.sensor);
+  return rendered_adaptively(
+      sample_source(shot, camera, true),
+      {.quality = shot.quality, .seed = shot.seed, .bias = bias, .shares_samples = true}, run);
+}
+
+Quote BokehSplatting::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (facts.emitters_splatted == 0) {
+    return {.refusal = "no small emitter brighter than white lies before this camera"};
+  }
+  ShotFacts rest = facts;
+  rest.emitters_splatted = 0;
+  Quote quote = LensSampling().quote(shot, rest);
+  if (!quote.refusal.empty()) return quote;
+  quote.cost_rays *= 1.0 - 0.5 * facts.blurred_share;
+  quote.cost_rays += 2.0 * facts.pixel_count + 1024.0 * facts.emitters_splatted;
+  return quote;
+}
+
+RenderOutcome BokehSplatting::render(const Shot& shot, const ShotFacts& facts, double bias,
+                                     const RunControl& run) const {
+  const Camera camera = camera_of(shot.camera, shot.sensor);
+  SampleSource samples = sample_source(shot, camera, true);
+  const Splatting splatting(camera, shot.seed, samples);
+  return rendered_adaptively(samples,
+                             {.quality = shot.quality,
+                              .seed = shot.seed,
+                              .bias = bias,
+                              .shares_samples = facts.largest_blur_px * kLeastShare >= 1.0,
+                              .splats = splatting.light()},
+                             run);
 }
 
 }  // namespace fstop

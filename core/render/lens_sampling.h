@@ -14,4 +14,24 @@ class LensSampling : public RenderMethod {
                        const RunControl& run) const override;
 };
 
+/// The same samples, shared between neighbouring pixels where everything that they have met is out
+/// of focus: fewer are needed for the same error. What sharing adds is measured with the noise.
+class LensReconstruction : public RenderMethod {
+ public:
+  std::string_view name() const noexcept override { return "lens-reconstruction"; }
+  Quote quote(const Shot& shot, const ShotFacts& facts) const override;
+  RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
+                       const RunControl& run) const override;
+};
+
+/// Lens reconstruction for all but small bright emitters, which samples rarely find: those are
+/// traced from their own points through the pupil onto the film.
+class BokehSplatting : public RenderMethod {
+ public:
+  std::string_view name() const noexcept override { return "bokeh-splatting"; }
+  Quote quote(const Shot& shot, const ShotFacts& facts) const override;
+  RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
+                       const RunControl& run) const override;
+};
+
 }  // namespace fstop

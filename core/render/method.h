@@ -31,7 +31,10 @@ struct ShotFacts {
   double edge_share = 0.0;       // of the picture, by tiles, where an edge in depth may hide light
   double edge_length = 0.0;      // of such edges, in pixels, over the picture's pixels
   double edge_area = 0.0;        // of strips as wide as they hide light, likewise
+  double blurred_share = 0.0;    // of the probe's points with blur discs over 6 px
   double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
+  int emitters_found = 0;        // small bright ones, in the scene
+  int emitters_splatted = 0;     // of those, that the camera would splat
   bool moves = false;            // something moves while the shutter is open
   bool mirrors = false;          // something reflects or transmits
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
@@ -65,6 +68,12 @@ struct Quote {
   double cost_rays = 0.0;  // in traced rays, constants fixed: a plan never depends on the host
 };
 
+/// How samples were shared between pixels.
+struct SharedSamples {
+  int widest_window = 1;  // pixels along a side
+  double bias = 0.0;      // RMSE that sharing adds, measured; part of the outcome's noise
+};
+
 /// The picture, what it took and how noisy it is.
 struct RenderOutcome {
   Image color = {};     // 3 channels
@@ -75,6 +84,8 @@ struct RenderOutcome {
   std::uint64_t rays = 0;
   std::optional<std::vector<EffectLoss>> effects =
       {};  // where rendering learnt more than the quote
+  std::optional<SharedSamples> shared = {};
+  double splatted_points = 0.0;  // of emitters, where they were splatted
   std::vector<std::string> warnings = {};
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/render/emitter_choice.h"
+#include "core/render/progressive.h"
 #include "core/shading/ray_tree.h"
 
 namespace fstop {
@@ -109,6 +111,7 @@ void probe(const Shot& shot, ShotFacts& facts) {
       const double blur = blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch;
       blur_px[static_cast<std::size_t>(begin + lane)] = blur;
       facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(blur));
+      if (std::abs(blur) > 6.0) facts.blurred_share += 1.0 / grid.count();
     }
   }
   facts.contrast = moments.deviation();
@@ -146,6 +149,10 @@ ShotFacts facts_of(const Shot& shot) {
   for (const TextureSource& texture : scene.textures) {
     facts.mip_maps = facts.mip_maps || texture.filter == TextureFilter::mipmap;
   }
+  const EmitterChoice choice =
+      emitter_choice(*shot.scene, camera_of(shot.camera, shot.sensor), exposure_of(shot.camera));
+  facts.emitters_found = static_cast<int>(choice.found);
+  facts.emitters_splatted = static_cast<int>(choice.emitters.size());
   probe(shot, facts);
   return facts;
 }

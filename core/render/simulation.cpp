@@ -74,9 +74,12 @@ ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
 
 std::span<const RenderMethod* const> render_methods() {
   static const PinholeTrace pinhole;
+  static const LensReconstruction lens_reconstruction;
   static const LensSampling lens_sampling;
   static const Wave wave;
-  static const std::array<const RenderMethod*, 3> methods = {&pinhole, &lens_sampling, &wave};
+  static const BokehSplatting bokeh_splatting;
+  static const std::array<const RenderMethod*, 5> methods = {
+      &pinhole, &lens_reconstruction, &bokeh_splatting, &lens_sampling, &wave};
   return methods;
 }
 
@@ -91,7 +94,10 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   const ShotFacts facts = facts_of(shot);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
-  RenderOutcome outcome = plan.method->render(shot, facts, plan.quote.error.rmse, run);
+  const double expected_detail =
+      facts.mip_maps ? kTextureDetailShare * spec.quality.max_error : 0.0;
+  const double expected_bias = plan.quote.error.rmse + facts.branch_error + expected_detail;
+  RenderOutcome outcome = plan.method->render(shot, facts, expected_bias, run);
   if (outcome.effects) plan.quote.error.effects = *outcome.effects;
 
   Photograph photograph;
@@ -113,6 +119,35 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                             .why = "each sample averages a fraction of a pixel of its mip map"});
     bias += detail;
   }
+  if (outcome.shared) {
+    report.model.push_back(
+        {.effect = "samples shared between pixels",
+         .modelled = true,
+         .bound = outcome.shared->bias,
+         .why = "within windows of up to " + std::to_string(outcome.shared->widest_window) +
+                " px where all is out of focus; measured, part of the estimate"});
+  }
+  if (facts.emitters_found > 0) {
+    const bool splatted = outcome.splatted_points > 0.0;
+    report.model.push_back(
+        {.effect = "small bright emitters",
+         .modelled = true,
+         .bound = 0.0,
+         .why =
+             std::to_string(facts.emitters_found) + " in the scene, " +
+             (splatted
+                  ? std::to_string(facts.emitters_splatted) + " traced through the pupil by " +
+                        std::to_string(static_cast<long long>(outcome.splatted_points)) + " points"
+                  : std::string("left to samples"))});
+  }
+  // Of all rays none may have met a thing: at 95 % its share of them is below 3/n (rule of three),
+  // and pixels of at most 1 change by no more in the mean, so by sqrt(3/n) in the root of squares.
+  const double rays = std::max(1.0, static_cast<double>(outcome.rays));
+  report.model.push_back({.effect = "what no sample saw",
+                          .modelled = false,
+                          .bound = std::sqrt(3.0 / rays),
+                          .why = "its share of ray space is below 3 in " +
+                                 std::to_string(outcome.rays) + " at 95 %; beside the estimate"});
   report.method = plan.method->name();
   report.passed_over = std::move(plan.passed_over);
   report.error = error_of(outcome, bias, spec.quality.max_error);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/render/method.h"
 
 namespace fstop {
 namespace {
@@ -165,11 +166,13 @@ TEST(Simulation, PlannerTakesThePinholeWhereNothingIsBlurred) {
   spec.effects.diffraction = EffectChoice::off;
   const Photograph picture = photograph(spec, scene);
   EXPECT_EQ(picture.report.method, "pinhole");
-  ASSERT_EQ(picture.report.passed_over.size(), 2U);
-  EXPECT_EQ(picture.report.passed_over[0].method, "lens-sampling");
-  EXPECT_EQ(picture.report.passed_over[1].method, "wave");
+  ASSERT_EQ(picture.report.passed_over.size(), render_methods().size() - 1);
+  for (const PassedOverMethod& other : picture.report.passed_over) {
+    EXPECT_NE(other.method, "pinhole");
+    EXPECT_FALSE(other.why.empty()) << other.method;
+  }
   spec.camera.optics = small_shot(1.4).camera.optics;
-  EXPECT_EQ(photograph(spec, scene).report.method, "lens-sampling");
+  EXPECT_TRUE(photograph(spec, scene).report.method.starts_with("lens-"));
 }
 
 TEST(Simulation, PinholeIsTheLimitOfASmallAperture) {

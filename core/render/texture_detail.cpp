@@ -8,7 +8,7 @@
 namespace fstop {
 
 double texture_lookup_width(double max_error) {
-  return 0.25 * std::sqrt(std::min(1.0, max_error / 0.01));
+  return 0.125 * std::sqrt(std::min(1.0, max_error / 0.01));
 }
 
 double texture_detail_rmse(const Image& image, double width) {

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <map>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include <embree3/rtcore.h>
@@ -24,7 +26,8 @@ static_assert(offsetof(RayPacket, u) == offsetof(RTCRayHit16, hit) + offsetof(RT
 static_assert(offsetof(RayPacket, object) ==
               offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, geomID));
 
-constexpr double kLargestCoordinate = 1e7;  // metres
+constexpr double kLargestCoordinate = 1e7;     // metres
+constexpr std::uint32_t kOrdinarySurface = 1;  // bit 0 of masks
 
 Vec3f vec(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
 float largest(Vec3f a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
@@ -86,6 +89,50 @@ std::vector<float> uv_rates(const Mesh& mesh) {
     if (area > 0.0F) rates[i] = std::sqrt(uv_area / area);
   }
   return rates;
+}
+
+void check_shape(const Object& object) {
+  require_finite(object.velocity * kLongestShutter, "the way an object moves in 64 s");
+  if (const auto* mesh = std::get_if<MeshObject>(&object.shape)) {
+    check_mesh(*mesh);
+  } else if (const auto* sphere = std::get_if<SphereObject>(&object.shape)) {
+    require_finite(sphere->center, "a sphere's centre");
+    if (!(sphere->radius > 0.0 && sphere->radius <= kLargestCoordinate)) {
+      throw Error(ErrorCode::bad_geometry, "a sphere's radius must lie in 0 to 1e7 m");
+    }
+  }
+}
+
+// The mask of each triangle of an object of which only some shine, or in different groups; empty
+// where all have the same.
+std::vector<std::uint32_t> triangle_masks(const std::vector<Emitter>& emitters,
+                                          std::uint32_t number, const Mesh& mesh) {
+  std::vector<std::uint32_t> masks;
+  const auto of_object = std::ranges::equal_range(emitters, number, {}, &Emitter::object);
+  if (of_object.empty()) return masks;
+  masks.assign(mesh.triangles.size(), kOrdinarySurface);
+  for (const Emitter& emitter : of_object) {
+    for (const std::uint32_t i : emitter.triangles) masks[i] = emitter.mask();
+  }
+  if (std::ranges::count(masks, masks.front()) == std::ssize(masks)) masks.clear();
+  return masks;
+}
+
+// The mesh of some triangles alone, without what only shading needs.
+Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
+  Mesh part;
+  std::unordered_map<std::uint32_t, std::uint32_t> renumbered;
+  for (const std::uint32_t i : triangles) {
+    std::array<std::uint32_t, 3> corners = mesh.triangles[i];
+    for (std::uint32_t& corner : corners) {
+      const auto next = static_cast<std::uint32_t>(part.positions.size());
+      const auto [known, is_new] = renumbered.try_emplace(corner, next);
+      if (is_new) part.positions.push_back(mesh.positions[corner]);
+      corner = known->second;
+    }
+    part.triangles.push_back(corners);
+  }
+  return part;
 }
 
 }  // namespace
@@ -186,6 +233,10 @@ RayScene::RayScene(Scene scene)
       object.shape = MeshObject{
           .file = "quad", .interpolation = Interpolation::flat, .mesh = triangles_of(*quad)};
     }
+    check_shape(object);
+  }
+  emitters_ = find_emitters(scene_, textures_);
+  for (const Object& object : scene_.objects) {
     add_object(object);
     const Material& surface = scene_.materials[static_cast<std::size_t>(object.material)];
     lit_ = lit_ || (!scene_.lights.empty() && surface.model != ShadingModel::unlit);
@@ -200,30 +251,61 @@ RayScene::RayScene(Scene scene)
 RayScene::~RayScene() = default;
 
 void RayScene::add_object(const Object& object) {
-  require_finite(object.velocity * kLongestShutter, "the way an object moves in 64 s");
   const bool moves = object.velocity != Vec3{};
   moves_ = moves_ || moves;
-  RTCGeometry geometry = nullptr;
+  const auto number = static_cast<std::uint32_t>(uv_per_metre_.size());
+  const auto emitter = std::ranges::lower_bound(emitters_, number, {}, &Emitter::object);
+  const bool shines = emitter != emitters_.end() && emitter->object == number;
+  const std::uint32_t mask = shines ? emitter->mask() : kOrdinarySurface;
   if (const auto* mesh = std::get_if<MeshObject>(&object.shape)) {
-    check_mesh(*mesh);
-    geometry = triangle_geometry(acceleration_->device, mesh->mesh, object.velocity, moves);
     uv_per_metre_.push_back(uv_rates(mesh->mesh));
+    const std::vector<std::uint32_t> masks = triangle_masks(emitters_, number, mesh->mesh);
+    if (!masks.empty()) {
+      add_parts(number, mesh->mesh, masks);
+      return;
+    }
+    attach(triangle_geometry(acceleration_->device, mesh->mesh, object.velocity, moves), number,
+           mask);
   } else {
     const auto& sphere = std::get<SphereObject>(object.shape);
-    require_finite(sphere.center, "a sphere's centre");
-    if (!(sphere.radius > 0.0 && sphere.radius <= kLargestCoordinate)) {
-      throw Error(ErrorCode::bad_geometry, "a sphere's radius must lie in 0 to 1e7 m");
-    }
-    geometry = sphere_geometry(acceleration_->device, sphere, object.velocity, moves);
     // u spans the equator 2 pi r, v half of it.
     const double rate = 1.0 / (std::sqrt(2.0) * 3.141592653589793 * sphere.radius);
     uv_per_metre_.push_back({static_cast<float>(rate)});
+    attach(sphere_geometry(acceleration_->device, sphere, object.velocity, moves), number, mask);
   }
+}
+
+void RayScene::add_parts(std::uint32_t number, const Mesh& mesh,
+                         const std::vector<std::uint32_t>& triangle_masks) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> triangles_of_mask;
+  for (std::uint32_t i = 0; i < triangle_masks.size(); ++i) {
+    triangles_of_mask[triangle_masks[i]].push_back(i);
+  }
+  for (auto& [mask, triangles] : triangles_of_mask) {
+    const auto geometry = static_cast<std::uint32_t>(scene_.objects.size() + parts_.size());
+    attach(triangle_geometry(acceleration_->device, selected(mesh, triangles), {}, false), geometry,
+           mask);
+    parts_.push_back({.object = number, .triangles = std::move(triangles)});
+  }
+}
+
+void RayScene::attach(RTCGeometryTy* geometry, std::uint32_t number, std::uint32_t mask) {
+  rtcSetGeometryMask(geometry, mask);
   rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(acceleration_->scene, geometry,
-                        static_cast<unsigned>(uv_per_metre_.size() - 1));
+  rtcAttachGeometryByID(acceleration_->scene, geometry, number);
   rtcReleaseGeometry(geometry);
   acceleration_->check();
+}
+
+void RayScene::name_objects(RayPacket& packet) const noexcept {
+  if (parts_.empty()) return;
+  const auto first = static_cast<std::uint32_t>(scene_.objects.size());
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const std::uint32_t part = packet.object[i] - first;  // huge for objects and for no hit
+    if (part >= parts_.size()) continue;
+    packet.object[i] = parts_[part].object;
+    packet.primitive[i] = parts_[part].triangles[packet.primitive[i]];
+  }
 }
 
 void RayScene::intersect_one(RayPacket& packet) const noexcept {
@@ -242,6 +324,7 @@ void RayScene::intersect_one(RayPacket& packet) const noexcept {
   packet.primitive[0] = one.hit.primID;
   packet.u[0] = one.hit.u;
   packet.v[0] = one.hit.v;
+  name_objects(packet);
 }
 
 void RayScene::intersect(RayPacket& packet, const LaneMask& valid,
@@ -252,6 +335,7 @@ void RayScene::intersect(RayPacket& packet, const LaneMask& valid,
   auto* rays = reinterpret_cast<RTCRayHit16*>(&packet);
   if (acceleration_->has_packets) {
     rtcIntersect16(valid.data(), acceleration_->scene, &context, rays);
+    name_objects(packet);
     return;
   }
   auto* all = reinterpret_cast<RTCRayHitN*>(rays);
@@ -268,6 +352,7 @@ void RayScene::intersect(RayPacket& packet, const LaneMask& valid,
     packet.u[i] = one.hit.u;
     packet.v[i] = one.hit.v;
   }
+  name_objects(packet);
 }
 
 void RayScene::occlude(RayPacket& packet, const LaneMask& valid,

@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/scene/emitters.h"
 #include "core/scene/lane_surfaces.h"
 #include "core/scene/ray_packet.h"
 #include "core/scene/scene.h"
 #include "core/scene/texture.h"
+
+struct RTCGeometryTy;
 
 namespace fstop {
 
@@ -52,6 +55,9 @@ class RayScene {
   const Texture& texture(int index) const noexcept {
     return textures_[static_cast<std::size_t>(index)];
   }
+  /// Small bright things that may be splatted; rays whose mask lacks the bit of their group
+  /// pass through them (Emitter::mask). All other surfaces have bit 0.
+  const std::vector<Emitter>& emitters() const noexcept { return emitters_; }
   bool moves() const noexcept { return moves_; }
   /// There are lights, and surfaces that answer to them.
   bool lit() const noexcept { return lit_; }
@@ -92,10 +98,21 @@ class RayScene {
 
  private:
   struct Acceleration;
+  /// A geometry of its own for some triangles of an object: those of one group of emitters.
+  struct Part {
+    std::uint32_t object = 0;
+    std::vector<std::uint32_t> triangles = {};
+  };
   void add_object(const Object& object);
+  void add_parts(std::uint32_t number, const Mesh& mesh,
+                 const std::vector<std::uint32_t>& triangle_masks);
+  void attach(RTCGeometryTy* geometry, std::uint32_t number, std::uint32_t mask);
+  void name_objects(RayPacket& packet) const noexcept;
 
   Scene scene_;
   std::vector<Texture> textures_;
+  std::vector<Emitter> emitters_;
+  std::vector<Part> parts_;                       // geometries numbered after the objects'
   std::vector<std::vector<float>> uv_per_metre_;  // by object, by triangle
   SurfaceTable table_;
   std::unique_ptr<Acceleration> acceleration_;

@@ -1,0 +1,251 @@
+#include "core/render/defocus_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/film/square_sums.h"
+#include "core/simd.h"
+
+namespace fstop {
+namespace {
+
+constexpr int kSide = DefocusFilter::kTileSide;
+constexpr int kReach = DefocusFilter::kLargestRadius;
+constexpr int kWindow = kSide + 2 * kReach;  // pixels along a tile's surroundings
+constexpr int kRow = 3 * kSide;              // floats of a tile's row
+static_assert(kSide % kBlockSide == 0);
+
+using Weights = std::array<float, 2 * kReach + 1>;
+
+// Along one axis, for offsets -r to r. The weights that keep parabolas:
+// (3 (3r^2 + 3r - 1) - 15 i^2)/((2r - 1)(2r + 1)(2r + 3)).
+Weights weights_of(int radius, bool keeps_parabolas) {
+  Weights weights = {};
+  const double r = radius;
+  for (int i = -radius; i <= radius; ++i) {
+    const double mean = 1.0 / (2.0 * r + 1.0);
+    const double parabola = (3.0 * (3.0 * r * r + 3.0 * r - 1.0) - 15.0 * i * i) /
+                            ((2.0 * r - 1.0) * (2.0 * r + 1.0) * (2.0 * r + 3.0));
+    weights[static_cast<std::size_t>(i + radius)] =
+        static_cast<float>(keeps_parabolas ? parabola : mean);
+  }
+  return weights;
+}
+
+// A tile and its surroundings, channels interleaved.
+struct alignas(64) Surroundings {
+  std::array<std::array<float, 3 * kWindow>, kWindow> rows;
+};
+struct alignas(64) Strip {
+  std::array<std::array<float, kRow>, kWindow> rows;
+};
+
+FSTOP_KERNEL void smooth(const Surroundings& in, int radius, const Weights& weights, Strip& strip,
+                         Strip& out) {
+  for (int y = 0; y < kSide + 2 * radius; ++y) {
+    std::array<float, kRow> sum = {};
+    for (int i = 0; i <= 2 * radius; ++i) {
+      const float w = weights[static_cast<std::size_t>(i)];
+      const float* from = in.rows[static_cast<std::size_t>(y)].data() + 3 * i;
+      for (int x = 0; x < kRow; ++x) sum[static_cast<std::size_t>(x)] += w * from[x];
+    }
+    strip.rows[static_cast<std::size_t>(y)] = sum;
+  }
+  for (int y = 0; y < kSide; ++y) {
+    std::array<float, kRow> sum = {};
+    for (int i = 0; i <= 2 * radius; ++i) {
+      const float w = weights[static_cast<std::size_t>(i)];
+      const auto& from = strip.rows[static_cast<std::size_t>(y + i)];
+      for (int x = 0; x < kRow; ++x) {
+        sum[static_cast<std::size_t>(x)] += w * from[static_cast<std::size_t>(x)];
+      }
+    }
+    out.rows[static_cast<std::size_t>(y)] = sum;
+  }
+}
+FSTOP_AVX512 void smooth_wide(const Surroundings& in, int radius, const Weights& weights,
+                              Strip& strip, Strip& out) {
+  smooth(in, radius, weights, strip, out);
+}
+
+int mirrored_index(int i, int size) {
+  if (size == 1) return 0;
+  const int period = 2 * (size - 1);
+  i = std::abs(i) % period;
+  return i < size ? i : period - i;
+}
+
+double clipped(float value) { return std::clamp(static_cast<double>(value), 0.0, 1.0); }
+
+// Smallest blur diameter of each tile's own blocks, pixels.
+std::vector<float> tile_blurs(const ReplicateFilm& film, double blur_px, int columns, int rows) {
+  std::vector<float> blurs(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows),
+                           1e30F);
+  const BlockGrid& grid = film.grid();
+  for (std::size_t block = 0; block < grid.count(); ++block) {
+    const auto tile =
+        static_cast<std::size_t>(grid.top(block) / kSide) * static_cast<std::size_t>(columns) +
+        static_cast<std::size_t>(grid.left(block) / kSide);
+    const double blur = blur_px * static_cast<double>(film.least_defocus(block));
+    blurs[tile] = std::min(blurs[tile], static_cast<float>(std::min(blur, 1e30)));
+  }
+  return blurs;
+}
+
+// Light brighter than a pixel shows stays where it is.
+void sharpen_bright(const Image& picture, int columns, std::vector<float>& blurs) {
+  for (int y = 0; y < picture.height(); ++y) {
+    const auto row = static_cast<std::size_t>(y / kSide) * static_cast<std::size_t>(columns);
+    for (int left = 0; left < picture.width(); left += kSide) {
+      const int count = 3 * (std::min(left + kSide, picture.width()) - left);
+      const float* p = picture.at(left, y);
+      float brightest = 0.0F;
+      for (int i = 0; i < count; ++i) brightest = p[i] > brightest ? p[i] : brightest;
+      if (brightest > 1.0F) blurs[row + static_cast<std::size_t>(left / kSide)] = 0.0F;
+    }
+  }
+}
+
+struct UnitSums {
+  double variance = 0.0;
+  double bias = 0.0;
+};
+
+}  // namespace
+
+DefocusFilter::DefocusFilter(const ReplicateFilm& film, const Image& a, const Image& b,
+                             double blur_px, const FilterKind& kind)
+    : columns_((film.grid().width + kTileSide - 1) / kTileSide),
+      rows_((film.grid().height + kTileSide - 1) / kTileSide),
+      kind_(kind) {
+  std::vector<float> blurs = tile_blurs(film, blur_px, columns_, rows_);
+  sharpen_bright(a, columns_, blurs);
+  sharpen_bright(b, columns_, blurs);
+  // Parabolas are kept by three weights only as they are.
+  const int least = kind.keeps_parabolas ? 2 : 1;
+  const auto at = [&](int column, int row) {
+    return blurs[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                 static_cast<std::size_t>(column)];
+  };
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      float blur = 1e30F;
+      for (int y = std::max(0, row - 1); y <= std::min(rows_ - 1, row + 1); ++y) {
+        for (int x = std::max(0, column - 1); x <= std::min(columns_ - 1, column + 1); ++x) {
+          blur = std::min(blur, at(x, y));
+        }
+      }
+      const double wanted = std::floor(kind.share * static_cast<double>(blur));
+      const int radius = static_cast<int>(std::min(wanted, double(kLargestRadius)));
+      radii_.push_back(static_cast<std::uint8_t>(radius >= least ? radius : 0));
+      filters_ = filters_ || radius >= least;
+    }
+  }
+}
+
+void DefocusFilter::filter_tile(const Image& picture, int column, int row, Image& result) const {
+  const int left = column * kTileSide;
+  const int top = row * kTileSide;
+  const int right = std::min(left + kTileSide, picture.width());
+  const int bottom = std::min(top + kTileSide, picture.height());
+  const int reach = radius(column, row);
+  if (reach == 0) {
+    for (int y = top; y < bottom; ++y) {
+      std::copy(picture.at(left, y), picture.at(left, y) + 3 * (right - left), result.at(left, y));
+    }
+    return;
+  }
+  Surroundings in;
+  const bool inside = left >= reach && left + kSide + reach <= picture.width();
+  for (int y = 0; y < kSide + 2 * reach; ++y) {
+    const int from = mirrored_index(top + y - reach, picture.height());
+    float* to = in.rows[static_cast<std::size_t>(y)].data();
+    if (inside) {
+      const float* begin = picture.at(left - reach, from);
+      std::copy(begin, begin + 3 * (kSide + 2 * reach), to);
+      continue;
+    }
+    for (int x = 0; x < kSide + 2 * reach; ++x) {
+      const float* p = picture.at(mirrored_index(left + x - reach, picture.width()), from);
+      std::copy(p, p + 3, to + 3 * x);
+    }
+  }
+  const Weights weights = weights_of(reach, kind_.keeps_parabolas);
+  Strip strip;
+  Strip out;
+  if (has_avx512()) {
+    smooth_wide(in, reach, weights, strip, out);
+  } else {
+    smooth(in, reach, weights, strip, out);
+  }
+  for (int y = top; y < bottom; ++y) {
+    const float* line = out.rows[static_cast<std::size_t>(y - top)].data();
+    std::copy(line, line + 3 * (right - left), result.at(left, y));
+  }
+}
+
+Image DefocusFilter::applied(const Image& picture, const RunControl& run) const {
+  Image result(picture.width(), picture.height(), 3);
+  const RunControl silent{.stop = run.stop, .workers = run.workers};
+  parallel_for(silent, rows_, [&](int row) {
+    for (int column = 0; column < columns_; ++column) filter_tile(picture, column, row, result);
+  });
+  return result;
+}
+
+Certificate certified(const DefocusFilter& filter, const Image& a, const Image& b,
+                      const Image& filtered_a, const Image& filtered_b) {
+  constexpr int kUnitTiles = 2;  // along a unit's side
+  const int unit_columns = (filter.columns() + kUnitTiles - 1) / kUnitTiles;
+  const int unit_rows = (filter.rows() + kUnitTiles - 1) / kUnitTiles;
+  std::vector<UnitSums> units(static_cast<std::size_t>(unit_columns) *
+                              static_cast<std::size_t>(unit_rows));
+  std::array<double, DefocusFilter::kLargestRadius + 1> raw = {};
+  std::array<double, DefocusFilter::kLargestRadius + 1> left = {};
+  for (int row = 0; row < filter.rows(); ++row) {
+    for (int column = 0; column < filter.columns(); ++column) {
+      UnitSums sums;
+      double unfiltered = 0.0;
+      for (int y = row * kSide; y < std::min((row + 1) * kSide, a.height()); ++y) {
+        const int begin = column * kSide;
+        const int count = 3 * (std::min(begin + kSide, a.width()) - begin);
+        const float* pa = a.at(begin, y);
+        const float* pb = b.at(begin, y);
+        const float* fa = filtered_a.at(begin, y);
+        const float* fb = filtered_b.at(begin, y);
+        for (int i = 0; i < count; ++i) {
+          const double off = clipped(fa[i]) - clipped(fb[i]);
+          const double before = clipped(pa[i]) - clipped(pb[i]);
+          sums.variance += 0.25 * off * off;
+          sums.bias += static_cast<double>(fa[i] - pa[i]) * static_cast<double>(fb[i] - pb[i]);
+          unfiltered += 0.25 * before * before;
+        }
+      }
+      const auto radius = static_cast<std::size_t>(filter.radius(column, row));
+      raw[radius] += unfiltered;
+      left[radius] += sums.variance;
+      UnitSums& unit = units[static_cast<std::size_t>(row / kUnitTiles) *
+                                 static_cast<std::size_t>(unit_columns) +
+                             static_cast<std::size_t>(column / kUnitTiles)];
+      unit.variance += sums.variance;
+      unit.bias += sums.bias;
+    }
+  }
+  SquareSums total;
+  Certificate result;
+  const double values = 3.0 * a.width() * a.height();
+  for (const UnitSums& unit : units) {
+    total.add(unit.variance + unit.bias);
+    result.variance += unit.variance / values;
+    result.bias_squared += unit.bias / values;
+  }
+  const auto count = static_cast<double>(units.size());
+  const double per_value = count / values;
+  result.mse = std::max(0.0, per_value * total.mean(count));
+  result.mse_upper_95 = std::max(result.mse, per_value * total.upper_95(count, 2.0));
+  for (std::size_t r = 0; r < raw.size(); ++r)
+    result.gain[r] = raw[r] > 0.0 ? left[r] / raw[r] : 1.0;
+  return result;
+}
+
+}  // namespace fstop
