@@ -61,6 +61,10 @@ class BlockTracer {
 
  private:
   std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
+  std::uint64_t trace_any(std::uint32_t index, TracedPacket& traced) noexcept;
+  std::uint64_t trace_wide(std::uint32_t index, TracedPacket& traced) noexcept;
+  std::uint64_t sum_any(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
+  std::uint64_t sum_wide(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
   void choose_pupil_points(std::uint32_t chunk) noexcept;
 
   const SampleSource& source_;
