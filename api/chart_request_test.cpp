@@ -79,7 +79,7 @@ TEST(ChartRequest, RefusesWithPointerAndLimit) {
   };
   const std::vector<Case> table = {
       {"/methods", R"(["lens-sampling", "guess"])", "#/methods/1",
-       "must be one of pinhole, lens-sampling"},
+       "must be one of pinhole, lens-reconstruction"},
       {"/methods", "[]", "#/methods", "at least 1"},
       {"/samples", "[1, 0]", "#/samples/1", "must lie in 1 to 65536"},
       {"/samples", "[1.5]", "#/samples/0", "must be a whole number"},

@@ -226,7 +226,7 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
                     {"/quality/max_error", "1.01", false},
                     {"/quality/method", "\"pinhole\"", true},
                     {"/quality/method", "\"wave\"", true},
-                    {"/quality/method", "\"gather\"", false},
+                    {"/quality/method", "\"guess\"", false},
                     {"/effects/falloff", "\"on\"", true},
                     {"/effects/falloff", "true", false},
                     {"/effects/vignetting", "\"on\"", false}});

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <string>
@@ -138,7 +139,8 @@ Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
 }  // namespace
 
 struct RayScene::Acceleration {
-  Acceleration() : device(rtcNewDevice(nullptr)) {
+  // Embree's own configuration may be given by FSTOP_EMBREE: "isa=avx2" on a machine that has more.
+  Acceleration() : device(rtcNewDevice(std::getenv("FSTOP_EMBREE"))) {
     if (device == nullptr) throw Error(ErrorCode::internal, "Embree has no device");
     rtcSetDeviceErrorFunction(device, &Acceleration::on_error, this);
     rtcSetDeviceMemoryMonitorFunction(device, &Acceleration::on_memory, this);
@@ -146,6 +148,7 @@ struct RayScene::Acceleration {
     // Watertight along shared edges: no light leaks between a mesh's triangles.
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     has_packets = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
+    has_halves = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
   }
   ~Acceleration() {
     rtcReleaseScene(scene);
@@ -170,7 +173,8 @@ struct RayScene::Acceleration {
 
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  bool has_packets = false;
+  bool has_packets = false;  // of kLanes
+  bool has_halves = false;   // of kLanes / 2
   bool out_of_memory = false;
   std::string message;
   std::atomic<std::ptrdiff_t> bytes = 0;
@@ -308,6 +312,71 @@ void RayScene::name_objects(RayPacket& packet) const noexcept {
   }
 }
 
+namespace {
+
+constexpr std::size_t kHalf = kLanes / 2;
+static_assert(sizeof(RTCRay8) * 2 == sizeof(RTCRay16) && sizeof(RTCHit8) * 2 == sizeof(RTCHit16));
+
+// A packet is rows of kLanes numbers of four bytes each, in the order of Embree's: half of a packet
+// has the same rows of half the length.
+using Row = std::array<std::uint32_t, kLanes>;
+using HalfRow = std::array<std::uint32_t, kHalf>;
+constexpr std::size_t kRayRows = sizeof(RTCRay16) / sizeof(Row);
+constexpr std::size_t kHitRows = sizeof(RTCHit16) / sizeof(Row);
+
+void copy_half(const RayPacket& packet, std::size_t half, std::size_t rows, void* to) {
+  const auto* from = reinterpret_cast<const std::byte*>(&packet) + half * sizeof(HalfRow);
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::memcpy(static_cast<std::byte*>(to) + row * sizeof(HalfRow), from + row * sizeof(Row),
+                sizeof(HalfRow));
+  }
+}
+
+// Rows [first, first + rows) back.
+void return_half(const void* from, std::size_t half, std::size_t first, std::size_t rows,
+                 RayPacket& packet) {
+  auto* to = reinterpret_cast<std::byte*>(&packet) + half * sizeof(HalfRow);
+  for (std::size_t row = first; row < first + rows; ++row) {
+    std::memcpy(to + row * sizeof(Row), static_cast<const std::byte*>(from) + row * sizeof(HalfRow),
+                sizeof(HalfRow));
+  }
+}
+
+constexpr std::size_t kFarRow = offsetof(RayPacket, far) / sizeof(Row);
+
+bool any(const std::int32_t* valid) {
+  return std::any_of(valid, valid + kHalf, [](std::int32_t lane) { return lane != 0; });
+}
+
+void intersect_halves(RTCScene scene, RTCIntersectContext& context, const LaneMask& valid,
+                      RayPacket& packet) {
+  for (std::size_t half = 0; half < 2; ++half) {
+    alignas(32) std::array<std::int32_t, kHalf> lanes;
+    std::copy_n(valid.begin() + half * kHalf, kHalf, lanes.begin());
+    if (!any(lanes.data())) continue;
+    RTCRayHit8 rays;
+    copy_half(packet, half, kRayRows + kHitRows, &rays);
+    rtcIntersect8(lanes.data(), scene, &context, &rays);
+    return_half(&rays, half, kFarRow, 1, packet);
+    return_half(&rays, half, kRayRows, kHitRows, packet);
+  }
+}
+
+void occlude_halves(RTCScene scene, RTCIntersectContext& context, const LaneMask& valid,
+                    RayPacket& packet) {
+  for (std::size_t half = 0; half < 2; ++half) {
+    alignas(32) std::array<std::int32_t, kHalf> lanes;
+    std::copy_n(valid.begin() + half * kHalf, kHalf, lanes.begin());
+    if (!any(lanes.data())) continue;
+    RTCRay8 rays;
+    copy_half(packet, half, kRayRows, &rays);
+    rtcOccluded8(lanes.data(), scene, &context, &rays);
+    return_half(&rays, half, kFarRow, 1, packet);
+  }
+}
+
+}  // namespace
+
 void RayScene::intersect_one(RayPacket& packet) const noexcept {
   LaneMask first = {};
   first[0] = -1;
@@ -338,6 +407,10 @@ void RayScene::intersect(RayPacket& packet, const LaneMask& valid,
     name_objects(packet);
     return;
   }
+  if (acceleration_->has_halves) {
+    intersect_halves(acceleration_->scene, context, valid, packet);
+    return name_objects(packet);
+  }
   auto* all = reinterpret_cast<RTCRayHitN*>(rays);
   for (unsigned i = 0; i < kLanes; ++i) {
     if (valid[i] == 0) continue;
@@ -364,6 +437,9 @@ void RayScene::occlude(RayPacket& packet, const LaneMask& valid,
   if (acceleration_->has_packets) {
     rtcOccluded16(valid.data(), acceleration_->scene, &context, rays);
     return;
+  }
+  if (acceleration_->has_halves) {
+    return occlude_halves(acceleration_->scene, context, valid, packet);
   }
   for (unsigned i = 0; i < kLanes; ++i) {
     if (valid[i] == 0) continue;

@@ -1,6 +1,7 @@
 #include "core/scene/texture.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -16,6 +17,14 @@ struct Overlap {
   int first = 0;
   std::array<float, 3> weight = {};
 };
+
+// Texels from row to row: one more than the image has, and then as many as make the rows an odd
+// number of cache lines of four texels, so that the rows of a lookup's neighbourhood do not
+// compete for the same lines of the cache.
+int stride_of(int width) {
+  const int lines = (width + 1 + 3) / 4;
+  return width < 64 ? width + 1 : 4 * (lines | 1);
+}
 
 Overlap overlap_of(int coarse, int coarse_size, int fine_size) {
   const double scale = static_cast<double>(fine_size) / coarse_size;
@@ -46,9 +55,10 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   texels_.reserve(static_cast<std::size_t>(image.width() + 1) *
                       static_cast<std::size_t>(image.height() + 1) * 4 / 3 +
                   64);
-  levels_.push_back({image.width(), image.height(), 0});
+  levels_.push_back({image.width(), image.height(), stride_of(image.width()), 0});
   const Level full = levels_.back();
-  texels_.resize(full.stride() * (static_cast<std::size_t>(full.height) + 1));
+  texels_.resize(static_cast<std::size_t>(full.stride) *
+                 (static_cast<std::size_t>(full.height) + 1));
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       const float* p = image.at(x, y);
@@ -65,8 +75,10 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
 
 void Texture::add_level(const Level& finer_level) {
   const Level finer = finer_level;
-  const Level coarser{std::max(1, finer.width / 2), std::max(1, finer.height / 2), texels_.size()};
-  texels_.resize(coarser.first + coarser.stride() * (static_cast<std::size_t>(coarser.height) + 1));
+  const int width = std::max(1, finer.width / 2);
+  const Level coarser{width, std::max(1, finer.height / 2), stride_of(width), texels_.size()};
+  texels_.resize(coarser.first + static_cast<std::size_t>(coarser.stride) *
+                                     (static_cast<std::size_t>(coarser.height) + 1));
   for (int y = 0; y < coarser.height; ++y) {
     const Overlap rows = overlap_of(y, coarser.height, finer.height);
     for (int x = 0; x < coarser.width; ++x) {
@@ -133,6 +145,18 @@ FSTOP_KERNEL std::int32_t first_texel(float x, std::int32_t size, bool repeats, 
   return i < 0 ? i + size : i;
 }
 
+// A texel; with its right neighbour.
+using One [[gnu::vector_size(16)]] = float;
+using Two [[gnu::vector_size(32)]] = float;
+
+// A level of the pyramid: its first texel and its size.
+struct Plane {
+  const One* texels = nullptr;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::int32_t stride = 0;  // texels from row to row
+};
+
 // A packet's lookups in one level: the texel at the upper left of each, and how the four mix.
 struct alignas(64) Taps {
   // Not initialised: find_taps fills all.
@@ -140,9 +164,11 @@ struct alignas(64) Taps {
   std::array<float, kLanes> across, down;
 };
 
-FSTOP_KERNEL void find_taps(std::int32_t width, std::int32_t height, bool repeats,
-                            const std::array<float, kLanes>& u, const std::array<float, kLanes>& v,
-                            Taps& taps) {
+FSTOP_KERNEL void find_taps(const Plane& plane, bool repeats, const std::array<float, kLanes>& u,
+                            const std::array<float, kLanes>& v, Taps& taps) {
+  const std::int32_t width = plane.width;
+  const std::int32_t height = plane.height;
+  const std::int32_t stride = plane.stride;
   const auto w = static_cast<float>(width);
   const auto h = static_cast<float>(height);
   for (std::size_t k = 0; k < kLanes; ++k) {
@@ -150,7 +176,7 @@ FSTOP_KERNEL void find_taps(std::int32_t width, std::int32_t height, bool repeat
     const float y = (1.0F - v[k]) * h - 0.5F;
     const std::int32_t column = first_texel(x, width, repeats, taps.across[k]);
     const std::int32_t row = first_texel(y, height, repeats, taps.down[k]);
-    taps.offset[k] = row * (width + 1) + column;
+    taps.offset[k] = row * stride + column;
   }
 }
 
@@ -172,30 +198,30 @@ FSTOP_KERNEL void prepare(const LaneMask& valid, const std::array<float, kLanes>
                           const std::array<float, kLanes>& v,
                           const std::array<float, kLanes>& footprint, bool repeats, float coarsest,
                           LaneLookups& lookups) {
-  float largest = 1.0F;
+  std::int32_t any_larger = 0;
   for (std::size_t k = 0; k < kLanes; ++k) {
     lookups.u[k] = in_period(u[k], repeats);
     lookups.v[k] = in_period(v[k], repeats);
-    const float counted = valid[k] != 0 ? footprint[k] : 1.0F;
-    largest = counted > largest ? counted : largest;
+    // In a loop of its own, as gcc would branch around the logarithm of 1.
+    lookups.lod[k] = footprint[k] > 1.0F ? footprint[k] : 1.0F;
+    any_larger |= footprint[k] > 1.0F ? valid[k] : 0;
   }
-  if (!(largest > 1.0F)) return;  // most packets: the full image
-  float finest = coarsest;
-  float softest = 0.0F;
+  if (any_larger == 0) return;  // most packets: the full image
+  // Numbers that are not negative are ordered as their bits; whole numbers' extremes vectorise.
+  auto finest = std::bit_cast<std::int32_t>(coarsest);
+  std::int32_t softest = 0;
   for (std::size_t k = 0; k < kLanes; ++k) {
-    const float exact = fast_log2(footprint[k] > 1.0F ? footprint[k] : 1.0F);
-    const float lod = exact < coarsest ? exact : coarsest;
-    lookups.lod[k] = lod;
-    finest = valid[k] != 0 && lod < finest ? lod : finest;
-    softest = valid[k] != 0 && lod > softest ? lod : softest;
+    const float exact = fast_log2(lookups.lod[k]);
+    lookups.lod[k] = exact < coarsest ? exact : coarsest;
   }
-  lookups.finest = finest;
-  lookups.softest = softest;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const auto bits = std::bit_cast<std::int32_t>(lookups.lod[k]);
+    finest = std::min(finest, valid[k] != 0 ? bits : 0x7f800000);
+    softest = std::max(softest, valid[k] != 0 ? bits : 0);
+  }
+  lookups.finest = std::bit_cast<float>(finest);
+  lookups.softest = std::bit_cast<float>(softest);
 }
-
-// A texel and its right neighbour.
-using Two [[gnu::vector_size(32)]] = float;
-using One [[gnu::vector_size(16)]] = float;
 
 FSTOP_KERNEL One mix(const One* upper_left, std::size_t stride, float across, float down) {
   Two upper, lower;
@@ -217,9 +243,10 @@ Texture::Texel Texture::bilinear(const Level& level, float u, float v) const noe
       first_texel(u * static_cast<float>(level.width) - 0.5F, level.width, repeats, across);
   const int y = first_texel((1.0F - v) * static_cast<float>(level.height) - 0.5F, level.height,
                             repeats, down);
-  return mix(&texels_[level.first + static_cast<std::size_t>(y) * level.stride() +
-                      static_cast<std::size_t>(x)],
-             level.stride(), across, down);
+  return mix(
+      &texels_[level.first + static_cast<std::size_t>(y) * static_cast<std::size_t>(level.stride) +
+               static_cast<std::size_t>(x)],
+      static_cast<std::size_t>(level.stride), across, down);
 }
 
 Texture::Texel Texture::nearest(float u, float v) const noexcept {
@@ -228,7 +255,8 @@ Texture::Texel Texture::nearest(float u, float v) const noexcept {
       wrapped(static_cast<int>(std::floor(u * static_cast<float>(level.width))), level.width);
   const int y = wrapped(static_cast<int>(std::floor((1.0F - v) * static_cast<float>(level.height))),
                         level.height);
-  return texels_[static_cast<std::size_t>(y) * level.stride() + static_cast<std::size_t>(x)];
+  return texels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.stride) +
+                 static_cast<std::size_t>(x)];
 }
 
 Rgb Texture::sample(float u, float v, float footprint) const noexcept {
@@ -252,13 +280,6 @@ Rgb Texture::sample(float u, float v, float footprint) const noexcept {
 }
 
 namespace {
-
-// A level of the pyramid: its first texel and its size.
-struct Plane {
-  const One* texels = nullptr;
-  std::int32_t width = 0;
-  std::int32_t height = 0;
-};
 
 // One or two levels that all lanes read. Where a packet's footprints differ by more than a level,
 // lanes read too sharp rather than too soft.
@@ -291,11 +312,11 @@ FSTOP_KERNEL void store_four(const One (&t)[4], float* r, float* g, float* b) {
 void look_up(const Planes& planes, bool repeats, const LaneLookups& lookups, LaneColors& colors) {
   Taps fine;
   Taps coarse;
-  const auto stride = static_cast<std::size_t>(planes.fine.width) + 1;
-  const auto coarse_stride = static_cast<std::size_t>(planes.coarse.width) + 1;
-  find_taps(planes.fine.width, planes.fine.height, repeats, lookups.u, lookups.v, fine);
+  const auto stride = static_cast<std::size_t>(planes.fine.stride);
+  const auto coarse_stride = static_cast<std::size_t>(planes.coarse.stride);
+  find_taps(planes.fine, repeats, lookups.u, lookups.v, fine);
   if (planes.blends) {
-    find_taps(planes.coarse.width, planes.coarse.height, repeats, lookups.u, lookups.v, coarse);
+    find_taps(planes.coarse, repeats, lookups.u, lookups.v, coarse);
   }
   for (std::size_t first = 0; first < kLanes; first += 4) {
     One texels[4];
@@ -379,20 +400,20 @@ FSTOP_AVX512 inline void store_all(const Four (&t)[4], LaneColors& colors) {
 
 FSTOP_AVX512 void look_up_wide(const Planes& planes, bool repeats, const LaneLookups& lookups,
                                LaneColors& colors) {
-  const auto stride = static_cast<std::size_t>(planes.fine.width) + 1;
+  const auto stride = static_cast<std::size_t>(planes.fine.stride);
   Taps taps;
   Four texels[4];
-  find_taps(planes.fine.width, planes.fine.height, repeats, lookups.u, lookups.v, taps);
+  find_taps(planes.fine, repeats, lookups.u, lookups.v, taps);
   for (std::int32_t i = 0; i < 4; ++i) {
     texels[i] = mix_four(planes.fine.texels, stride, taps, 4 * i);
   }
   if (planes.blends) {
-    const auto coarse_stride = static_cast<std::size_t>(planes.coarse.width) + 1;
+    const auto coarse_stride = static_cast<std::size_t>(planes.coarse.stride);
     alignas(64) std::array<float, kLanes> share;
     for (std::size_t k = 0; k < kLanes; ++k) {
       share[k] = share_of_coarse(lookups.lod[k], planes.base);
     }
-    find_taps(planes.coarse.width, planes.coarse.height, repeats, lookups.u, lookups.v, taps);
+    find_taps(planes.coarse, repeats, lookups.u, lookups.v, taps);
     for (std::int32_t i = 0; i < 4; ++i) {
       const Four softer = mix_four(planes.coarse.texels, coarse_stride, taps, 4 * i);
       texels[i] += of_four(load<Four>(share.data()), 4 * i) * (softer - texels[i]);
@@ -400,19 +421,38 @@ FSTOP_AVX512 void look_up_wide(const Planes& planes, bool repeats, const LaneLoo
   }
   store_all(texels, colors);
 }
-void prepare_narrow(const LaneMask& valid, const std::array<float, kLanes>& u,
-                    const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
-                    bool repeats, float coarsest, LaneLookups& lookups) {
-  prepare(valid, u, v, footprint, repeats, coarsest, lookups);
-}
-FSTOP_AVX512 void prepare_wide(const LaneMask& valid, const std::array<float, kLanes>& u,
-                               const std::array<float, kLanes>& v,
-                               const std::array<float, kLanes>& footprint, bool repeats,
-                               float coarsest, LaneLookups& lookups) {
-  prepare(valid, u, v, footprint, repeats, coarsest, lookups);
-}
 
 }  // namespace
+
+template <bool kWide>
+FSTOP_KERNEL void Texture::sample_lanes(const LaneMask& valid, const std::array<float, kLanes>& u,
+                                        const std::array<float, kLanes>& v,
+                                        const std::array<float, kLanes>& footprint,
+                                        LaneColors& colors) const noexcept {
+  LaneLookups lookups;
+  const bool repeats = wrap_ == TextureWrap::repeat;
+  prepare(valid, u, v, footprint, repeats, static_cast<float>(levels_.size() - 1), lookups);
+  const auto finest = static_cast<std::size_t>(lookups.finest);
+  const auto plane = [&](std::size_t i) {
+    const Level& level = levels_[i];
+    return Plane{&texels_[level.first], level.width, level.height, level.stride};
+  };
+  Planes planes{.fine = plane(finest), .base = static_cast<float>(finest)};
+  planes.blends = lookups.softest > planes.base;
+  if (planes.blends) planes.coarse = plane(finest + 1);
+  if constexpr (kWide) {
+    look_up_wide(planes, repeats, lookups, colors);
+  } else {
+    look_up(planes, repeats, lookups, colors);
+  }
+}
+
+FSTOP_AVX512 void Texture::sample_wide(const LaneMask& valid, const std::array<float, kLanes>& u,
+                                       const std::array<float, kLanes>& v,
+                                       const std::array<float, kLanes>& footprint,
+                                       LaneColors& colors) const noexcept {
+  sample_lanes<true>(valid, u, v, footprint, colors);
+}
 
 void Texture::sample(const LaneMask& valid, const std::array<float, kLanes>& u,
                      const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
@@ -423,19 +463,8 @@ void Texture::sample(const LaneMask& valid, const std::array<float, kLanes>& u,
     }
     return;
   }
-  LaneLookups lookups;
-  const bool repeats = wrap_ == TextureWrap::repeat;
-  const auto coarsest = static_cast<float>(levels_.size() - 1);
-  const bool wide = has_avx512();
-  (wide ? prepare_wide : prepare_narrow)(valid, u, v, footprint, repeats, coarsest, lookups);
-  const auto finest = static_cast<std::size_t>(lookups.finest);
-  const auto plane = [&](std::size_t i) {
-    return Plane{&texels_[levels_[i].first], levels_[i].width, levels_[i].height};
-  };
-  Planes planes{.fine = plane(finest), .base = static_cast<float>(finest)};
-  planes.blends = lookups.softest > planes.base;
-  if (planes.blends) planes.coarse = plane(finest + 1);
-  (wide ? look_up_wide : look_up)(planes, repeats, lookups, colors);
+  if (has_avx512()) return sample_wide(valid, u, v, footprint, colors);
+  sample_lanes<false>(valid, u, v, footprint, colors);
 }
 
 }  // namespace fstop

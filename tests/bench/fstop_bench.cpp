@@ -12,6 +12,7 @@
 #include <embree3/rtcore.h>
 
 #include "core/render/block_tracer.h"
+#include "core/render/sample_loop.h"
 #include "tests/bench/bench_scenes.h"
 
 namespace fstop {
@@ -20,8 +21,8 @@ namespace {
 constexpr int kPasses = 9;
 constexpr int kWidth = 960;
 constexpr int kHeight = 640;
-constexpr std::size_t kSamples = 16;  // a pixel; every kRowStep-th row of blocks is rendered
-constexpr int kRowStep = 8;
+constexpr std::size_t kSamples = 16;  // a pixel
+constexpr int kTileRowStep = 4;
 
 CameraSpec bench_camera() {
   CameraSpec camera;
@@ -30,12 +31,19 @@ CameraSpec bench_camera() {
   return camera;
 }
 
-// Blocks spread over the picture, as the tile loop visits them.
+// Every fourth row of tiles, block by block in the order of the tile loop.
 std::vector<std::size_t> spread_blocks(const BlockGrid& grid) {
+  constexpr int kSide = kTile / kBlockSide;
   std::vector<std::size_t> blocks;
-  for (int row = 0; row < grid.rows; row += kRowStep) {
-    for (int column = 0; column < grid.columns; ++column) blocks.push_back(grid.index(column, row));
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      if (row / kSide % kTileRowStep == 0) blocks.push_back(grid.index(column, row));
+    }
   }
+  const auto tile = [&](std::size_t block) {
+    return grid.top(block) / kTile * grid.columns + grid.left(block) / kTile;
+  };
+  std::ranges::stable_sort(blocks, {}, tile);
   return blocks;
 }
 
