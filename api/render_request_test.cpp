@@ -154,7 +154,7 @@ TEST(RenderRequest, RefusesWithPointerLimitAndUnit) {
       {with("/image/precision", "\"half\""), "#/image/precision", "exr or tiff"},
       {with("/quality/max_error", "0"), "#/quality/max_error", "1e-06 to 1"},
       {with("/quality/samples", "65537"), "#/quality/samples", "1 to 65536"},
-      {with("/quality/method", "\"gather\""), "#/quality/method", "auto, pinhole, lens-sampling"},
+      {with("/quality/method", "\"scatter\""), "#/quality/method", "auto, pinhole, lens-sampling"},
       {with("/effects/motion", "true"), "#/effects/motion", "auto, on, off"},
       {with("/outputs", "[]"), "#/outputs", "at least 1"},
       {with("/outputs", R"(["color", "color"])"), "#/outputs/1", "twice"},

@@ -29,7 +29,8 @@ constexpr Named<std::string_view> kMethods[] = {{"auto", "auto"},
                                                 {"lens-reconstruction", "lens-reconstruction"},
                                                 {"bokeh-splatting", "bokeh-splatting"},
                                                 {"lens-sampling", "lens-sampling"},
-                                                {"wave", "wave"}};
+                                                {"wave", "wave"},
+                                                {"gather", "gather"}};
 constexpr Named<bool> kSpectra[] = {{"rgb", false}, {"monochromatic", true}};
 
 std::vector<Named<double>> criterion_coefficients() {

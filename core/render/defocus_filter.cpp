@@ -193,8 +193,8 @@ Image DefocusFilter::applied(const Image& picture, const RunControl& run) const 
   return result;
 }
 
-Certificate certified(const DefocusFilter& filter, const Image& a, const Image& b,
-                      const Image& filtered_a, const Image& filtered_b) {
+FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
+                                     const Image& filtered_a, const Image& filtered_b) {
   constexpr int kUnitTiles = 2;  // along a unit's side
   const int unit_columns = (filter.columns() + kUnitTiles - 1) / kUnitTiles;
   const int unit_rows = (filter.rows() + kUnitTiles - 1) / kUnitTiles;
@@ -232,7 +232,7 @@ Certificate certified(const DefocusFilter& filter, const Image& a, const Image& 
     }
   }
   SquareSums total;
-  Certificate result;
+  FilterCertificate result;
   const double values = 3.0 * a.width() * a.height();
   for (const UnitSums& unit : units) {
     total.add(unit.variance + unit.bias);

@@ -31,8 +31,7 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, true),
-                             {.quality = shot.quality, .seed = shot.seed, .bias = bias}, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot, {.bias = bias}, run);
 }
 
 Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const {
@@ -50,9 +49,8 @@ Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const 
 RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts&, double bias,
                                          const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_adaptively(
-      sample_source(shot, camera, true),
-      {.quality = shot.quality, .seed = shot.seed, .bias = bias, .shares_samples = true}, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot,
+                             {.bias = bias, .shares_samples = true}, run);
 }
 
 Quote BokehSplatting::quote(const Shot& shot, const ShotFacts& facts) const {
@@ -73,10 +71,8 @@ RenderOutcome BokehSplatting::render(const Shot& shot, const ShotFacts& facts, d
   const Camera camera = camera_of(shot.camera, shot.sensor);
   SampleSource samples = sample_source(shot, camera, true);
   const Splatting splatting(camera, shot.seed, samples);
-  return rendered_adaptively(samples,
-                             {.quality = shot.quality,
-                              .seed = shot.seed,
-                              .bias = bias,
+  return rendered_adaptively(samples, shot,
+                             {.bias = bias,
                               .shares_samples = facts.largest_blur_px * kLeastShare >= 1.0,
                               .splats = splatting.light()},
                              run);

@@ -42,9 +42,7 @@ RenderOutcome PinholeTrace::render(const Shot& shot, const ShotFacts&, double bi
   const Camera camera = central_projection(shot.camera, shot.sensor);
   SampleSource samples = sample_source(shot, camera, false);
   const Splatting splatting(camera, shot.seed, samples);
-  return rendered_adaptively(
-      samples,
-      {.quality = shot.quality, .seed = shot.seed, .bias = bias, .splats = splatting.light()}, run);
+  return rendered_adaptively(samples, shot, {.bias = bias, .splats = splatting.light()}, run);
 }
 
 }  // namespace fstop

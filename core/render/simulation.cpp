@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/render/gather.h"
 #include "core/render/layers.h"
 #include "core/render/lens_sampling.h"
 #include "core/render/pinhole_trace.h"
@@ -32,7 +33,8 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
           .sensor = sensor_of(spec.camera, spec.width, spec.height),
           .quality = spec.quality,
           .effects = spec.effects,
-          .seed = spec.seed};
+          .seed = spec.seed,
+          .wants_variance = std::ranges::count(spec.outputs, Output::variance) > 0};
 }
 
 // The picture that a perfect lens with everything in focus would give, from as many samples.
@@ -59,6 +61,12 @@ std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
   return layers;
 }
 
+// RMSE of what the outcome's noise does not hold already.
+double uncertified_rmse(std::vector<EffectLoss> effects, double contrast) {
+  std::erase_if(effects, [](const EffectLoss& effect) { return effect.certified; });
+  return loss_rmse(effects, contrast);
+}
+
 // The finished image's error: noise and what was left out add in squares, since noise is as
 // often too bright as too dark.
 ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
@@ -78,8 +86,9 @@ std::span<const RenderMethod* const> render_methods() {
   static const LensSampling lens_sampling;
   static const Wave wave;
   static const BokehSplatting bokeh_splatting;
-  static const std::array<const RenderMethod*, 5> methods = {
-      &pinhole, &lens_reconstruction, &bokeh_splatting, &lens_sampling, &wave};
+  static const Gather gather;
+  static const std::array<const RenderMethod*, 6> methods = {
+      &pinhole, &lens_reconstruction, &bokeh_splatting, &gather, &lens_sampling, &wave};
   return methods;
 }
 
@@ -91,7 +100,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                 "needs shutter_s of at most 64 s where objects move, or effects.motion off");
   }
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
-  const ShotFacts facts = facts_of(shot);
+  const ShotFacts facts = facts_of(shot, run);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
   const double expected_detail =
@@ -106,13 +115,13 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
 
   // The finished image knows its own contrast and detail better than the probe did.
   RenderReport& report = photograph.report;
-  const double contrast = contrast_of(photograph.color);
+  const double contrast = contrast_of(photograph.color, run);
   report.model = model_of(shot, facts, plan, contrast);
-  double bias = loss_rmse(plan.quote.error.effects, contrast);
+  double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += facts.branch_error;
   if (facts.mip_maps) {
     const double detail =
-        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error));
+        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error), run);
     report.model.push_back({.effect = "texture detail",
                             .modelled = false,
                             .bound = detail,

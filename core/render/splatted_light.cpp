@@ -92,7 +92,8 @@ double SplattedLight::splat_once(const std::vector<SplatRange>& ranges, Replicat
 void SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& film,
                           const RunControl& run) {
   if (source_.choice.emitters.empty()) return;
-  for (double scale = 1.0;; scale *= 4.0) {
+  // Nets need a small part of what independent points do.
+  for (double scale = 1.0 / 64.0;; scale *= 4.0) {
     const std::vector<SplatRange> next = ranges(goal_mse, scale);
     const double mse = splat_once(next, film, run);
     double points = 0.0;

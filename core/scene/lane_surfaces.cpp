@@ -238,7 +238,7 @@ void SurfaceTable::fill(const RayPacket& packet, const LaneMask& valid,
     if (row.positions == nullptr) {
       any_sphere = true;
     } else {
-      any_uv = any_uv || (row.textured && row.uvs != nullptr);
+      any_uv = any_uv || row.textured;
       load(row, packet.primitive[k], row.needs_geometry, k, corners);
       s.uv_per_metre[k] = row.uv_per_metre[packet.primitive[k]];
     }

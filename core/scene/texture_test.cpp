@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -241,6 +242,45 @@ TEST(Texture, TellsItsSize) {
   EXPECT_EQ(Texture(source_of(16, 4, TextureFilter::bilinear)).memory_bytes(), 16U * 4 * 16);
   // 64 + 16 + 4 + 2 + 1 texels of four floats.
   EXPECT_EQ(Texture(source_of(16, 4, TextureFilter::mipmap)).memory_bytes(), 87U * 16);
+}
+
+// A packet's lanes share a pair of levels, so its footprints lie within one. The rest rounds as
+// single lookups do; values lie in [0,1].
+TEST(Texture, PacketsAgreeWithSingleLookups) {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<float> coordinate(-3.0F, 4.0F);
+  std::uniform_real_distribution<float> share(0.01F, 0.99F);
+  for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear,
+                                     TextureFilter::mipmap, TextureFilter::brute_force}) {
+    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
+      for (const auto& [width, height] : kSizes) {
+        const Texture texture(source_of(width, height, filter, wrap));
+        for (int i = 0; i < 40; ++i) {
+          alignas(64) LaneMask valid = {};
+          std::array<float, kLanes> u = {}, v = {}, footprint = {};
+          const auto level = static_cast<float>(i % 7) - 2.0F;
+          for (std::size_t k = 0; k < kLanes; ++k) {
+            valid[k] = i % 2 == 0 || random() % 3 != 0 ? -1 : 0;
+            u[k] = coordinate(random);
+            v[k] = coordinate(random);
+            footprint[k] = std::exp2(level + share(random));
+          }
+          LaneColors colors;
+          texture.sample(valid, u, v, footprint, colors);
+          for (std::size_t k = 0; k < kLanes; ++k) {
+            if (valid[k] == 0) continue;
+            const Rgb one = texture.sample(u[k], v[k], footprint[k]);
+            const Rgb lane = colors.get(static_cast<int>(k));
+            for (std::size_t c = 0; c < 3; ++c) {
+              ASSERT_NEAR(lane[c], one[c], 2 * kTolerance)
+                  << width << " x " << height << " at " << u[k] << ", " << v[k] << ", footprint "
+                  << footprint[k] << ", filter " << static_cast<int>(filter);
+            }
+          }
+        }
+      }
+    }
+  }
 }
 
 ErrorCode refusal(const TextureSource& source) {
