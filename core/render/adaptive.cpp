@@ -338,6 +338,7 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
   }
   if (!sharing || !sharing->is_better()) return outcome;
   outcome.color = sharing->picture();
+  if (shot.wants_variance) outcome.variance = sharing->error_tiles(picture.film());
   outcome.shared =
       SharedSamples{.widest_window = sharing->widest(),
                     .bias = std::sqrt(std::max(0.0, sharing->certificate().bias_squared))};

@@ -78,4 +78,8 @@ struct FilterCertificate {
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
                                      const Image& filtered_a, const Image& filtered_b);
 
+/// The same by tiles of kErrorTile pixels a side, 3 channels, not clipped: every pixel has its
+/// tile's expected square of the error, at least 0.
+Image error_tiles(const Image& a, const Image& b, const Image& filtered_a, const Image& filtered_b);
+
 }  // namespace fstop

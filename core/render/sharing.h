@@ -31,6 +31,10 @@ class Sharing {
   std::vector<float> shares(const BlockGrid& grid) const;
   /// The filtered picture that was judged.
   Image picture() const;
+  /// Its error by tiles; `film`: the one that was judged.
+  Image error_tiles(const ReplicateFilm& film) const {
+    return fstop::error_tiles(film.replicate(0), film.replicate(1), last_.a, last_.b);
+  }
   /// Widest window, pixels.
   int widest() const;
 

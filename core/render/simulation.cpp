@@ -157,6 +157,9 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                           .bound = std::sqrt(3.0 / rays),
                           .why = "its share of ray space is below 3 in " +
                                  std::to_string(outcome.rays) + " at 95 %; beside the estimate"});
+  if (const auto map = photograph.layers.find(Output::variance); map != photograph.layers.end()) {
+    for (float& square : map->second.pixels()) square += static_cast<float>(bias * bias);
+  }
   report.method = plan.method->name();
   report.passed_over = std::move(plan.passed_over);
   report.error = error_of(outcome, bias, spec.quality.max_error);
