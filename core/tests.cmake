@@ -37,7 +37,9 @@ fstop_test(scene_test LABEL unit
                    scene/texture_test.cpp
            LINK fstop_scene)
 
-fstop_test(block_test LABEL unit SOURCES render/allocation_test.cpp render/block_tracer_test.cpp
+fstop_test(block_test LABEL unit
+           SOURCES render/allocation_test.cpp render/block_tracer_test.cpp
+                   render/defocus_filter_test.cpp
            LINK fstop_render)
 
 fstop_test(measure_test LABEL unit
