@@ -44,7 +44,7 @@ struct SplatTrial {
             .sequence = SampleSequence(seed),
             .falloff = falloff,
             .exposure = exposure,
-            .visible = mask};
+            .mask = mask};
   }
 
   CameraSpec spec;
