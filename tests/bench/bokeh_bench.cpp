@@ -101,7 +101,7 @@ void report_errors(const SplatSource& source, const SampleSource& rays) {
     const double seconds = thread_seconds() - start;
     all.end_pass(static_cast<int>(count));
     SampleSource without = rays;
-    without.visible = source.choice.camera_mask;
+    without.mask = source.choice.camera_mask;
     trace_pass(without, {.count = count}, masked, {});
     masked.end_pass(static_cast<int>(count));
     // The same rays with and without emitters: their difference is the emitters' light.
