@@ -237,6 +237,10 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
         std::min(brightest * exposure_of(shot.camera) * sharp_px, emitter.footprint_px());
   }
   Probe(shot).run(facts, run);
+  if (facts.mirrors) {  // what they show may be as far as anything
+    const double far = blur_diameter(shot.camera, kInfinitelyFar) / shot.sensor.pixel_pitch;
+    facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(far));
+  }
   return facts;
 }
 
