@@ -240,6 +240,8 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
   if (facts.mirrors) {  // what they show may be as far as anything
     const double far = blur_diameter(shot.camera, kInfinitelyFar) / shot.sensor.pixel_pitch;
     facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(far));
+    // The probe shades what it meets, not what that shows: as where no scene is known.
+    facts.contrast = std::max(facts.contrast, 0.25);
   }
   return facts;
 }
