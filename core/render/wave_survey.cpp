@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/render/sample_loop.h"
+#include "core/render/progressive.h"
 #include "core/shading/illumination.h"
 
 namespace fstop {
@@ -43,6 +43,7 @@ class CentreRays {
     for (int lane = 0; lane < count; ++lane) {
       const Ray ray = camera_.ray({x + lane + 0.5, y + 0.5}, {});
       packet.set(lane, to_float(ray.origin), to_float(ray.direction), kFar, 0.0F);
+      packet.mask[static_cast<std::size_t>(lane)] = survey_.emitters.camera_mask;
       valid[static_cast<std::size_t>(lane)] = -1;
     }
     scene_.intersect(packet, valid, Coherence::coherent);
@@ -185,6 +186,9 @@ void see_objects(const Shot& shot, const WaveOptics& optics, WaveSurvey& survey)
     const double depth = dot(place_of(object) - camera.pose().position(), camera.pose().forward());
     if (depth > 0.0) survey.seen.push_back(optics.defocus(depth));
   }
+  for (const SplattedEmitter& emitter : survey.emitters.emitters) {
+    survey.seen.push_back(optics.defocus(emitter.depth));
+  }
 }
 
 }  // namespace
@@ -197,6 +201,9 @@ WaveSurvey wave_survey(const Shot& shot, const ShotFacts& facts, const WaveOptic
   survey.sensor = {.pixel_pitch = shot.sensor.pixel_pitch,
                    .width = shot.sensor.width + 2 * survey.guard,
                    .height = shot.sensor.height + 2 * survey.guard};
+  const Camera camera = camera_of(shot.camera, survey.sensor);
+  const float exposure = sample_source(shot, camera, true).exposure;
+  survey.emitters = emitter_choice(*shot.scene, camera, double{exposure});
   const auto pixels = static_cast<std::size_t>(survey.sensor.width) *
                       static_cast<std::size_t>(survey.sensor.height);
   survey.defocus.resize(pixels);
@@ -222,6 +229,7 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
   TileReach edges(survey);
   TileReach others(survey);
   EdgeFinder finder(survey, optics, edges);
+  const auto surveyed = static_cast<double>(survey.defocus.size());
   double beyond = 0.0;
   for (int y = 0; y < survey.sensor.height; ++y) {
     for (int x = 0; x < survey.sensor.width; ++x) {
@@ -237,15 +245,24 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
       }
     }
   }
+  // Splatted emitters are not surveyed: those too defocused for the nodes are the rays' own, too.
+  for (const SplattedEmitter& emitter : survey.emitters.emitters) {
+    if (nodes.place(optics.defocus(emitter.depth)).first >= 0) continue;
+    const int x = std::clamp(static_cast<int>(emitter.raster.x), 0, survey.sensor.width - 1);
+    const int y = std::clamp(static_cast<int>(emitter.raster.y), 0, survey.sensor.height - 1);
+    const double away = std::hypot(x - emitter.raster.x, y - emitter.raster.y);
+    beyond += std::min(emitter.footprint_px(), surveyed);
+    others.widen(x, y,
+                 0.5 * (kFarthestCorner * emitter.blur_px + emitter.sharp_px) + away + kMargin);
+  }
   VisibilityMask mask{.width = survey.sensor.width - 2 * survey.guard,
                       .height = survey.sensor.height - 2 * survey.guard,
                       .tiles = edges.frame_tiles()};
   const std::vector<char> more = others.frame_tiles();
   for (std::size_t i = 0; i < more.size(); ++i) mask.tiles[i] = mask.tiles[i] | more[i];
   mask.share = share_of(mask.tiles);
-  const auto surveyed = static_cast<double>(survey.defocus.size());
   mask.occluded_share = finder.occluded_share(surveyed);
-  mask.beyond_share = beyond / surveyed;
+  mask.beyond_share = std::min(1.0, beyond / surveyed);
   mask.fine_edge_loss = finder.fine_edge_loss(surveyed);
   return mask;
 }
