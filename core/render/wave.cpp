@@ -423,9 +423,16 @@ RenderOutcome Wave::render(const Shot& shot, const ShotFacts& facts, double bias
     const Camera camera = camera_of(shot.camera, shot.sensor);
     SampleSource source = sample_source(shot, camera, true);
     source.mask = survey.emitters.camera_mask;
-    // A tenth of the noise, in squares, is left to splats.
+    // A tenth of the noise, in squares, is left to splats, spread as what is hidden will be.
+    const Image dark(shot.sensor.width, shot.sensor.height, 3);
+    const auto splat_mse = [&](const Image& seen, const Image& off) {
+      const WaveSpreader& spreader = light.spreader();
+      return spread_noise(spreader.spread_in_focus(hidden_light(mask, seen, dark), run),
+                          spreader.spread_in_focus(hidden_light(mask, off, dark), run), 1.0, 0.0)
+          .mse;
+    };
     const EmitterPicture emitters =
-        emitter_picture(source, survey, mask, shot.seed, 0.3 * quality.max_error, run);
+        emitter_picture(source, survey, shot.seed, 0.3 * quality.max_error, splat_mse, run);
     outcome.rays += emitters.rays;
     Film rays(shot.sensor.width, shot.sensor.height);
     rays.keep_difference();

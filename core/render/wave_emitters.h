@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "core/render/bokeh_splatting.h"
 #include "core/render/wave_survey.h"
 
@@ -16,18 +18,17 @@ std::uint64_t lay_down_emitters(const SampleSource& rays, const WaveSurvey& surv
                                 std::uint32_t seed, std::uint32_t first, std::uint32_t count,
                                 SharpSplatSink& sink, const RunControl& run);
 
-/// Light of the survey's emitters through the whole pupil, 3 channels, and its noise: that of the
-/// pixels in the mask, values clipped to [0,1].
+/// Light of the survey's emitters through the whole pupil, 3 channels, and its noise.
 struct EmitterPicture {
   Image light = {};
   double mse = 0.0;
   std::uint64_t rays = 0;
 };
 
-/// Splats with two independent replicates until their difference in the mask has an RMSE of
-/// `target`, or 2^18 points of each emitter were taken.
-EmitterPicture emitter_picture(const SampleSource& rays, const WaveSurvey& survey,
-                               const VisibilityMask& mask, std::uint32_t seed, double target,
-                               const RunControl& run);
+/// Splats with two independent replicates until mse(their mean, half their difference) is at most
+/// that of `target`, or 2^18 points of each emitter were taken.
+EmitterPicture emitter_picture(
+    const SampleSource& rays, const WaveSurvey& survey, std::uint32_t seed, double target,
+    const std::function<double(const Image& light, const Image& off)>& mse, const RunControl& run);
 
 }  // namespace fstop

@@ -45,8 +45,8 @@ double sum_of(const Image& image) {
 }
 
 // A lamp of a hundredth of a pixel: no camera ray of these would meet it. Its light is its radiance
-// times its area; what diffraction sends beyond the frame, a share of 2 Q/(pi^2 x) for each
-// border at x = 32 px with Q = 0.44, is 0.011 in all. The splats leave 1e-3.
+// times its area, less what diffraction sends beyond the frame: of the density h/(2 pi r^3), h = 2
+// Q/pi^2, a square of half side a leaves 2 sqrt(2) h/(pi a) outside. Splats, 1e-3 at most.
 TEST(WaveEmitter, TinyLampKeepsItsLight) {
   SimulationSpec shot = wave_shot();
   shot.quality.samples = 16;
@@ -54,18 +54,24 @@ TEST(WaveEmitter, TinyLampKeepsItsLight) {
   const double light = sum_of(picture_of(shot, lamp(0.01, radiance)));
   const double expected = 1e6 * std::numbers::pi * 0.01 * 0.01;
   std::printf("light %.5g of %.5g\n", light, expected);
-  EXPECT_NEAR(light / expected, 1.0 - 0.011, 0.006);
+  const double q = 550e-9 * 8.0 * 2.0 / (2.0 - 0.050) / kPitch.si();
+  const double halo = 2.0 * q / std::pow(std::numbers::pi, 2);
+  const double outside = 2.0 * std::numbers::sqrt2 * halo / (std::numbers::pi * 0.5 * kSide);
+  EXPECT_NEAR(light / expected, 1.0 - outside, 1e-3);
 }
 
 // Pictures are linear in the radiance: a lamp that is dim, so that camera rays show it, and one
 // that is bright and splatted, have the same picture but for the factor; also half behind a plate.
-// Tolerances: the dim lamp's 1,024 samples meet 3 px of it in every pixel's net, which leaves
-// 0.3 % of the light; a pixel may be off by 3 % of the peak near the plate, where rays add noise.
+// Tolerances: free, nothing but the lamp's 512 samples a pixel is random, 0.3 % of the light.
+// Half hidden, splats leave an RMSE of 0.0004, 0.027 were it all in one pixel of the peak's 0.8,
+// and rays, one of five of which meets the lamp, 2 % in each of 50 pixels: 6 % of the peak, and
+// 1.5 % of the light. The bright lamp's picture stays below white, where noise counts.
 TEST(WaveEmitter, SplatsAndCameraRaysMakeTheSamePicture) {
   for (const bool plate : {false, true}) {
     SimulationSpec shot = wave_shot();
-    shot.quality.samples = 1024;
-    Scene dim = lamp(1.7, 0.5F);
+    shot.quality.samples = 512;
+    shot.quality.max_error = 0.002;
+    Scene dim = lamp(1.7, 2.4F / 64.0F);
     // Something white elsewhere, so that the dim lamp is no emitter.
     dim.materials.push_back({.emission = {.value = {2, 2, 2}}});
     dim.objects.push_back(
@@ -90,8 +96,8 @@ TEST(WaveEmitter, SplatsAndCameraRaysMakeTheSamePicture) {
     const double ratio = sum_of(splatted) / 64.0 / sum_of(traced);
     std::printf("%s: light %.5f of the rays', worst pixel off by %.4f of the peak\n",
                 plate ? "half hidden" : "free", ratio, worst / peak);
-    EXPECT_NEAR(ratio, 1.0, plate ? 0.01 : 0.003);
-    EXPECT_LT(worst / peak, 0.03);
+    EXPECT_NEAR(ratio, 1.0, plate ? 0.015 : 0.003);
+    EXPECT_LT(worst / peak, plate ? 0.06 : 0.003);
   }
 }
 
