@@ -178,6 +178,38 @@ std::vector<Length> ObjectReader::lengths(std::string_view key, Length min, Leng
   return result;
 }
 
+std::vector<double> ObjectReader::numbers(std::string_view key, Range range, std::size_t most,
+                                          std::vector<double> fallback) {
+  std::vector<double> result = std::move(fallback);
+  if (value(key, false) != nullptr) {
+    result.clear();
+    const json* elements = array(key, most);
+    for (std::size_t i = 0; elements != nullptr && i < elements->size(); ++i) {
+      result.push_back(checked((*elements)[i], pointer(key) + '/' + std::to_string(i), range, "") +
+                       0.0);
+    }
+  }
+  normal(key) = result;
+  return result;
+}
+
+std::vector<std::int64_t> ObjectReader::integers(std::string_view key, std::int64_t min,
+                                                 std::int64_t max, std::size_t most,
+                                                 std::vector<std::int64_t> fallback) {
+  const Range range{static_cast<double>(min), static_cast<double>(max)};
+  const std::vector<double> read =
+      numbers(key, range, most, std::vector<double>(fallback.begin(), fallback.end()));
+  std::vector<std::int64_t> result;
+  for (const double number : read) {
+    if (number != std::floor(number)) {
+      fault_at(pointer(key) + '/' + std::to_string(result.size()), "must be a whole number");
+    }
+    result.push_back(static_cast<std::int64_t>(number));
+  }
+  normal(key) = result;
+  return result;
+}
+
 Vec3 ObjectReader::vec3(std::string_view key, double bound, std::string_view unit,
                         std::optional<Vec3> fallback) {
   std::optional<std::array<double, 3>> values;

@@ -62,6 +62,12 @@ class ObjectReader {
   std::array<Length, 2> two_lengths(std::string_view key, Length min, Length max,
                                     std::array<Length, 2> fallback);
   std::vector<Length> lengths(std::string_view key, Length min, Length max, std::size_t most);
+  /// A list of at most `most` numbers, each in `range`; absent: `fallback`.
+  std::vector<double> numbers(std::string_view key, Range range, std::size_t most,
+                              std::vector<double> fallback);
+  /// The same of whole numbers.
+  std::vector<std::int64_t> integers(std::string_view key, std::int64_t min, std::int64_t max,
+                                     std::size_t most, std::vector<std::int64_t> fallback);
   /// Each coordinate in [-bound, bound]; `unit` is for messages ("m", "m/s", "").
   Vec3 vec3(std::string_view key, double bound, std::string_view unit,
             std::optional<Vec3> fallback = {});

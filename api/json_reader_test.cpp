@@ -119,6 +119,24 @@ TEST(JsonReader, PointsAtElementsOfArrays) {
   EXPECT_EQ(result.faults, expected);
 }
 
+TEST(JsonReader, ReadsListsOfNumbers) {
+  std::vector<std::int64_t> counts;
+  std::vector<double> errors;
+  std::vector<std::int64_t> absent;
+  const Reading result =
+      reading(R"({"counts": [1, 2.5, 4.0], "errors": [0.1, null, 2]})", [&](ObjectReader& root) {
+        counts = root.integers("counts", 1, 3, 8, {});
+        errors = root.numbers("errors", {0.0, 1.0}, 8, {});
+        absent = root.integers("more", 1, 3, 8, {2, 3});
+      });
+  const std::vector<FieldFault> expected = {{"#/counts/2", "must lie in 1 to 3"},
+                                            {"#/counts/1", "must be a whole number"},
+                                            {"#/errors/1", "must be a number, got null"},
+                                            {"#/errors/2", "must lie in 0 to 1"}};
+  EXPECT_EQ(result.faults, expected);
+  EXPECT_EQ(absent, (std::vector<std::int64_t>{2, 3}));
+}
+
 TEST(JsonReader, ListsTheWordsOfAClosedSet) {
   static constexpr Named<int> kWords[] = {{"auto", 0}, {"on", 1}, {"off", 2}};
   const std::span<const Named<int>> words = kWords;

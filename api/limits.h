@@ -35,6 +35,14 @@ struct Limits {
   double psf_operations = 4e8;     // nodes, edges and series' terms: 15 ns each
   int waiting_psfs = 16;           // on the server; more are answered 503
 
+  // One chart of speed against accuracy.
+  std::int64_t chart_pixels = 1'048'576;       // 2^20, of each picture
+  std::int64_t chart_samples = 4'000'000'000;  // over all pixels of points and reference
+  std::size_t chart_counts = 32;               // of samples, for each method
+  std::size_t chart_targets = 16;              // of the planner
+  int chart_replicates = 64;                   // of the reference; the least is 2
+  std::chrono::milliseconds chart_time{600'000};
+
   // One scene.
   AssetLimits assets{.max_file_bytes = std::size_t{64} << 20,
                      .max_triangles = 2'000'000,
@@ -54,6 +62,7 @@ struct Limits {
   int pipelined_answers = 8;  // queued on one connection
   int queued_renders = 32;    // more are answered 503
   int concurrent_renders = 2;
+  int queued_charts = 2;  // one runs, on one thread; more are answered 503
   std::size_t kept_result_bytes = std::size_t{512} << 20;
   std::size_t kept_scene_bytes = std::size_t{1} << 30;
   std::chrono::milliseconds header_deadline{10'000};  // from the first byte to the blank line
@@ -68,6 +77,8 @@ inline Limits command_line_limits() {
   Limits limits;
   limits.samples = 1'000'000'000'000;
   limits.psf_operations = 1e11;
+  limits.chart_pixels = limits.image_pixels;
+  limits.chart_samples = limits.samples;
   limits.body_bytes = limits.scene_bytes;
   return limits;
 }

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/chart_request.h"
 #include "api/contract_schema.h"
 #include "api/optics_request.h"
 #include "api/problem.h"
@@ -25,7 +26,7 @@ std::string file_text(const fs::path& path) {
 }
 
 /// A kind of request, and the schema of its name.
-enum class Kind { render, optics, psf };
+enum class Kind { render, optics, psf, chart };
 
 std::string schema_of(Kind kind) {
   switch (kind) {
@@ -35,12 +36,15 @@ std::string schema_of(Kind kind) {
       return "OpticsRequest";
     case Kind::psf:
       return "PsfRequest";
+    case Kind::chart:
+      return "ChartRequest";
   }
   return {};
 }
 
 Kind kind_of_file(const std::string& name) {
   if (name.starts_with("optics")) return Kind::optics;
+  if (name.starts_with("chart")) return Kind::chart;
   return name.starts_with("psf") ? Kind::psf : Kind::render;
 }
 
@@ -55,6 +59,9 @@ bool parses(const json& request, Kind kind) {
         break;
       case Kind::psf:
         parse_psf_request(request.dump(), Limits{});
+        break;
+      case Kind::chart:
+        parse_chart_request(request.dump(), Limits{}, SceneNames::stored_only);
         break;
     }
     return true;
@@ -101,6 +108,11 @@ TEST(OpenApi, KnowsTheCriteriaOfTheOptics) {
   EXPECT_EQ(document.at("components").at("schemas").at("PinholeCriterion").at("enum"), names);
 }
 
+TEST(OpenApi, KnowsTheMethodsOfTheCharts) {
+  const json schema = json::parse(openapi_json()).at("components").at("schemas").at("MethodName");
+  EXPECT_EQ(schema.at("enum"), json(method_names()));
+}
+
 TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
   int examples = 0;
   for (const fs::directory_entry& entry :
@@ -115,7 +127,8 @@ TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
   const json paths = json::parse(openapi_json()).at("paths");
   for (const auto& [path, kind] : {std::pair{"/v1/renders", Kind::render},
                                    {"/v1/optics", Kind::optics},
-                                   {"/v1/psf", Kind::psf}}) {
+                                   {"/v1/psf", Kind::psf},
+                                   {"/v1/charts", Kind::chart}}) {
     const json& content = paths.at(path).at("post").at("requestBody").at("content");
     const json& example = content.at("application/json").at("example");
     EXPECT_EQ(ContractSchema(schema_of(kind)).objection(example), "") << path;
@@ -213,7 +226,7 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
                     {"/quality/max_error", "1.01", false},
                     {"/quality/method", "\"pinhole\"", true},
                     {"/quality/method", "\"wave\"", true},
-                    {"/quality/method", "\"gather\"", false},
+                    {"/quality/method", "\"guess\"", false},
                     {"/effects/falloff", "\"on\"", true},
                     {"/effects/falloff", "true", false},
                     {"/effects/vignetting", "\"on\"", false}});
@@ -308,6 +321,47 @@ TEST(OpenApi, AgreesWithTheParserOnPointSpreads) {
                     {"/image", "[]", false},
                     {"/quality", "{}", false},
                     {"/camera/lens", "{}", false}});
+}
+
+TEST(OpenApi, AgreesWithTheParserOnCharts) {
+  const json original =
+      json::parse(R"({"scene": "charts", "camera": {"lens": {}}, "image": {}, "reference": {}})");
+  expect_agreement(original, Kind::chart,
+                   {{"/scene", "\"a.json\"", false},
+                    {"/seed", "4294967295", true},
+                    {"/seed", "-1", false},
+                    {"/methods", R"(["wave", "pinhole"])", true},
+                    {"/methods", "[]", false},
+                    {"/methods", R"(["wave", "wave"])", false},
+                    {"/methods", R"(["auto"])", false},
+                    {"/methods", "\"wave\"", false},
+                    {"/samples", "[1024, 1]", true},
+                    {"/samples", "[]", true},
+                    {"/samples", "[0]", false},
+                    {"/samples", "[65537]", false},
+                    {"/samples", "[1.5]", false},
+                    {"/samples", "[2, 2]", false},
+                    {"/samples", "null", false},
+                    {"/max_errors", "[1, 1e-6]", true},
+                    {"/max_errors", "[]", true},
+                    {"/max_errors", "[1.1]", false},
+                    {"/max_errors", "[\"0.1\"]", false},
+                    {"/max_errors", "[0.1, 0.1]", false},
+                    {"/reference/method", "\"auto\"", true},
+                    {"/reference/method", "\"wave\"", true},
+                    {"/reference/method", "\"truth\"", false},
+                    {"/reference/method", "null", false},
+                    {"/reference/samples", "4096", true},
+                    {"/reference/samples", "0", false},
+                    {"/reference/replicates", "2", true},
+                    {"/reference/replicates", "1", false},
+                    {"/reference/replicates", "65", false},
+                    {"/reference/seed", "1", false},
+                    {"/image/width", "0", false},
+                    {"/image/format", "\"png\"", false},
+                    {"/effects", R"({"diffraction": "off"})", true},
+                    {"/quality", "{}", false},
+                    {"/outputs", R"(["color"])", false}});
 }
 
 }  // namespace

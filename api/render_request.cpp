@@ -28,22 +28,6 @@ std::string scene_name(ObjectReader& root, SceneNames names) {
   return name;
 }
 
-std::variant<std::string, SceneDocument> read_scene(ObjectReader& root, SceneNames names,
-                                                    const Limits& limits, FaultList& faults) {
-  const json* scene = root.value("scene", true);
-  if (scene == nullptr) return {};
-  if (scene->is_string()) return scene_name(root, names);
-  if (!scene->is_object()) {
-    root.fault("scene", "must be the name of a stored scene or a scene object, got " +
-                            std::string(scene->type_name()));
-    return {};
-  }
-  json normal;
-  SceneDocument document = parse_scene(*scene, root.pointer("scene"), limits, faults, &normal);
-  root.normalise("scene", std::move(normal));
-  return document;
-}
-
 [[noreturn]] void over_budget(std::string pointer, std::string_view verb, std::int64_t count,
                               std::string_view things, std::int64_t most) {
   throw InvalidRequest(
@@ -65,6 +49,22 @@ void require_budget(const SimulationSpec& spec, const Limits& limits) {
 }
 
 }  // namespace
+
+std::variant<std::string, SceneDocument> read_scene(ObjectReader& root, SceneNames names,
+                                                    const Limits& limits, FaultList& faults) {
+  const json* scene = root.value("scene", true);
+  if (scene == nullptr) return {};
+  if (scene->is_string()) return scene_name(root, names);
+  if (!scene->is_object()) {
+    root.fault("scene", "must be the name of a stored scene or a scene object, got " +
+                            std::string(scene->type_name()));
+    return {};
+  }
+  json normal;
+  SceneDocument document = parse_scene(*scene, root.pointer("scene"), limits, faults, &normal);
+  root.normalise("scene", std::move(normal));
+  return document;
+}
 
 RenderRequest parse_render_request(std::string_view body, const Limits& limits, SceneNames names) {
   const json value = parse_json(body, limits);

@@ -11,6 +11,8 @@
 
 namespace fstop::api {
 
+class ObjectReader;
+
 /// What a scene's string may be.
 enum class SceneNames {
   stored_only,      ///< over HTTP: the name of a stored scene, [a-z0-9-]{1,64}
@@ -34,6 +36,10 @@ struct RenderRequest {
 /// Throws: InvalidRequest with every fault: malformed_json (400) if the text is not JSON,
 ///         over_budget (422) where only the work asked for is too much, else invalid_request (422).
 RenderRequest parse_render_request(std::string_view body, const Limits& limits, SceneNames names);
+
+/// The required member "scene" of a request: a name, or the scene itself; faults go to `faults`.
+std::variant<std::string, SceneDocument> read_scene(ObjectReader& root, SceneNames names,
+                                                    const Limits& limits, FaultList& faults);
 
 /// Whether `name` can name a stored scene: [a-z0-9-]{1,64}.
 bool is_scene_name(std::string_view name);

@@ -27,8 +27,10 @@ constexpr Named<EffectChoice> kEffectChoices[] = {
 constexpr Named<std::string_view> kMethods[] = {{"auto", "auto"},
                                                 {"pinhole", "pinhole"},
                                                 {"lens-reconstruction", "lens-reconstruction"},
+                                                {"bokeh-splatting", "bokeh-splatting"},
                                                 {"lens-sampling", "lens-sampling"},
-                                                {"wave", "wave"}};
+                                                {"wave", "wave"},
+                                                {"gather", "gather"}};
 constexpr Named<bool> kSpectra[] = {{"rgb", false}, {"monochromatic", true}};
 
 std::vector<Named<double>> criterion_coefficients() {

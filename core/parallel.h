@@ -6,11 +6,16 @@
 
 namespace fstop {
 
+class Image;
+
 /// How a long computation is run, stopped and watched; never what it computes.
 struct RunControl {
   std::stop_token stop = {};                  // asked for often: work ends within 50 ms
   std::function<void(double)> progress = {};  // fraction done, 0 to 1, not decreasing
-  class WorkerPool* workers = nullptr;        // null: the calling thread alone
+  /// The picture so far and its RMSE's 95 % bound (noise and omissions) from time to time: the
+  /// first as soon as there is one, then at most one in 50 ms. On the calling thread, which waits.
+  std::function<void(const Image&, double)> preview = {};
+  class WorkerPool* workers = nullptr;  // null: the calling thread alone
 };
 
 /// Threads that share tile loops. Results never depend on their number.

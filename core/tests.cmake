@@ -1,5 +1,5 @@
 # The tests that stand beside their sources: one program a folder.
-fstop_test(core_test LABEL unit SOURCES units_test.cpp geometry_test.cpp LINK fstop_core)
+fstop_test(core_test LABEL unit SOURCES units_test.cpp fast_math_test.cpp geometry_test.cpp LINK fstop_core)
 
 fstop_test(parallel_test LABEL unit threads SOURCES parallel_test.cpp LINK fstop_core)
 
@@ -19,20 +19,28 @@ fstop_test(diffraction_test LABEL unit
                    optics/spectrum_test.cpp optics/transfer_test.cpp
            LINK fstop_optics fstop_oracle)
 
-fstop_test(sampling_test LABEL unit SOURCES sampling/sequence_test.cpp sampling/warp_test.cpp
+fstop_test(sampling_test LABEL unit SOURCES sampling/lane_sequence_test.cpp
+           sampling/sequence_test.cpp sampling/warp_test.cpp
            LINK fstop_sampling fstop_oracle)
 
 fstop_test(camera_test LABEL unit
-           SOURCES camera/camera_spec_test.cpp camera/film_projection_test.cpp
-                   camera/optical_summary_test.cpp
+           SOURCES camera/aim_frame_test.cpp camera/camera_spec_test.cpp
+                   camera/film_projection_test.cpp camera/optical_summary_test.cpp
                    camera/pinhole_camera_test.cpp camera/thin_lens_camera_test.cpp
            LINK fstop_camera)
 
-fstop_test(film_test LABEL unit SOURCES film/film_test.cpp LINK fstop_film fstop_oracle)
+fstop_test(film_test LABEL unit SOURCES film/film_test.cpp film/replicate_film_test.cpp
+           LINK fstop_film fstop_oracle)
 
 fstop_test(scene_test LABEL unit
-           SOURCES scene/emitters_test.cpp scene/ray_scene_test.cpp scene/texture_test.cpp
+           SOURCES scene/emitters_test.cpp scene/lane_surfaces_test.cpp scene/ray_scene_test.cpp
+                   scene/texture_test.cpp
            LINK fstop_scene)
+
+fstop_test(block_test LABEL unit
+           SOURCES render/allocation_test.cpp render/block_tracer_test.cpp
+                   render/defocus_filter_test.cpp
+           LINK fstop_render)
 
 fstop_test(measure_test LABEL unit
            SOURCES measure/disc_edge_test.cpp measure/image_difference_test.cpp
@@ -49,4 +57,7 @@ fstop_test(spectral_test LABEL unit
                    post/wave_transfer_test.cpp
            LINK fstop_post)
 
-fstop_test(study_test LABEL unit SOURCES study/pinhole_theory_test.cpp LINK fstop_study)
+fstop_test(study_test LABEL unit
+           SOURCES study/accuracy_chart_test.cpp study/chart_svg_test.cpp
+                   study/pinhole_theory_test.cpp
+           LINK fstop_study)

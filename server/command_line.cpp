@@ -22,12 +22,14 @@ struct CommandLine {
   ServeOptions serve = {};
   RenderOptions render = {};
   PsfOptions psf = {};
+  ChartOptions chart = {};
   ProbeOptions probe = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
   CLI::App* optics_command = nullptr;
   CLI::App* psf_command = nullptr;
+  CLI::App* chart_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* version_command = nullptr;
 };
@@ -66,6 +68,22 @@ void add_render(CommandLine& line) {
   line.render_command = command;
 }
 
+void add_chart(CommandLine& line) {
+  ChartOptions& options = line.chart;
+  CLI::App* command =
+      line.app.add_subcommand("chart", "speed against accuracy of all methods on one scene");
+  command->add_option("request", options.request, "a chart request, - for standard input")
+      ->required();
+  command->add_option("--out", options.out, "file for the drawing (.svg) or the numbers (.json)");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  command->add_flag("--progress", options.progress,
+                    "tell progress on standard error; to a terminal it is always told");
+  line.chart_command = command;
+}
+
 void add_commands(CommandLine& line) {
   line.app.require_subcommand(1);
   add_serve(line);
@@ -77,6 +95,7 @@ void add_commands(CommandLine& line) {
   line.psf_command->add_option("request", line.psf.request, "a psf request, - for standard input");
   line.psf_command->add_option("--out", line.psf.out,
                                "image file: .exr .tif (density), .png .jpg .webp (stretched)");
+  add_chart(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -89,6 +108,7 @@ int run_command(const CommandLine& line) {
   if (line.render_command->parsed()) return render(line.render);
   if (line.optics_command->parsed()) return optics(line.optics_request);
   if (line.psf_command->parsed()) return psf(line.psf);
+  if (line.chart_command->parsed()) return chart(line.chart);
   if (line.probe_command->parsed()) return probe(line.probe);
   std::cout << api::engine_version() << '\n';
   return 0;

@@ -22,6 +22,14 @@ struct PsfOptions {
   std::string out = {};       // empty: no image
 };
 
+struct ChartOptions {
+  std::string request = {};  // a file, or "-" for standard input
+  std::string out = {};      // .svg or .json; empty: no file
+  std::string scenes_dir = {};
+  int threads = 0;
+  bool progress = false;  // told on standard error even where that is no terminal
+};
+
 struct ProbeOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
@@ -34,6 +42,9 @@ int render(const RenderOptions& options);
 int optics(const std::string& request);
 /// Prints the numbers; writes the image where one is asked for.
 int psf(const PsfOptions& options);
+/// Prints the chart's numbers; writes the drawing where one is asked for. SIGINT and SIGTERM stop
+/// it.
+int chart(const ChartOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
 

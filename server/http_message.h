@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include <boost/asio/awaitable.hpp>
 #include <boost/beast/http/fields.hpp>
 #include <boost/beast/http/status.hpp>
 #include <boost/beast/http/verb.hpp>
@@ -51,6 +53,9 @@ struct Reply {
   http::status status = http::status::ok;
   std::vector<std::pair<std::string, std::string>> headers = {};
   std::variant<std::string, SharedBytes> body = {};
+  /// Instead of `body`: the next piece of a body that is made while it is sent, in chunks; empty at
+  /// its end. What it throws ends the connection.
+  std::function<boost::asio::awaitable<std::string>()> next_piece = {};
   bool close = false;  // end the connection after it
 
   void set(std::string name, std::string value) {

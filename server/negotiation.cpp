@@ -125,6 +125,23 @@ Representation negotiated_numbers(std::string_view accept, ImageFormat preferred
   return best;
 }
 
+std::size_t negotiated_type(std::string_view accept, std::span<const std::string_view> types) {
+  std::size_t best = 0;
+  Acceptance liked = acceptance(accept, types[0]);
+  std::string names(types[0]);
+  for (std::size_t i = 1; i < types.size(); ++i) {
+    names += ", " + std::string(types[i]);
+    const Acceptance other = acceptance(accept, types[i]);
+    if (other.specificity <= 1 || other.quality < liked.quality) continue;
+    if (other.quality == liked.quality && other.specificity <= liked.specificity) continue;
+    best = i;
+    liked = other;
+  }
+  if (liked.quality > 0.0) return best;
+  throw Refusal(http::status::not_acceptable, "not-acceptable",
+                "Accept names nothing that there is: " + names);
+}
+
 std::map<std::string, std::string> query_parameters(const Request& request,
                                                     std::span<const std::string_view> known) {
   std::map<std::string, std::string> parameters;

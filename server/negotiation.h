@@ -23,6 +23,11 @@ Representation negotiated(std::string_view accept, ImageFormat preferred, bool m
 /// image's type that it names, or as well but less expressly. Throws: Refusal 406.
 Representation negotiated_numbers(std::string_view accept, ImageFormat preferred);
 
+/// The best of `types` by their names, of which the first is the usual: another is taken where
+/// `accept` names it or its kind and likes it better, or as well but more expressly. Its index.
+/// Throws: Refusal 406.
+std::size_t negotiated_type(std::string_view accept, std::span<const std::string_view> types);
+
 /// The parameters of a query, decoded. Throws: Refusal 400 for one that is not among `known`, is
 /// there twice or is malformed.
 std::map<std::string, std::string> query_parameters(const Request& request,

@@ -131,7 +131,7 @@ asio::awaitable<std::shared_ptr<StoredRender>> RenderCalls::rendered(Call& call,
       });
   const auto first = co_await (ticket.ended() || call.client.peer_gone());
   if (first.index() == 1) throw ClientGone();
-  co_return ticket.result();
+  co_return std::static_pointer_cast<StoredRender>(ticket.result());
 }
 
 // On a thread of the queue.

@@ -70,7 +70,7 @@ RenderQueue::Ticket RenderQueue::submit(const std::string& id, Work work) {
   if (static_cast<int>(waiting_.size() + running_.size()) >= slots_ + most_queued_) {
     ++counts_.refused;
     throw Refusal(http::status::service_unavailable, "queue-full",
-                  "as many renders wait as the queue holds")
+                  "as many requests wait as the queue holds")
         .with("Retry-After", std::to_string(retry_after_seconds()));
   }
   auto job = std::make_shared<Job>();

@@ -18,13 +18,12 @@
 
 namespace fstop::server {
 
-struct StoredRender;
-
-/// Renders that wait for one of a few slots. Requests of one id that meet here share one render;
-/// it is stopped when the last of them has gone.
+/// Renders, or other long work, that wait for one of a few slots. Requests of one id that meet here
+/// share one render; it is stopped when the last of them has gone.
 class RenderQueue {
  public:
-  using Result = std::shared_ptr<StoredRender>;
+  /// What the work made: whoever submits to a queue knows the type.
+  using Result = std::shared_ptr<void>;
   /// Renders on a thread of the queue; `queued_ms`: how long it waited.
   using Work = std::function<Result(const std::stop_token& stop, double queued_ms)>;
 

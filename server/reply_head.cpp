@@ -33,9 +33,10 @@ std::string http_date() {
 
 std::string serialized(const http::response<http::empty_body>& response) {
   http::response_serializer<http::empty_body> serializer(response);
+  serializer.split(true);  // the header alone, without the last chunk of an empty body
   std::string head;
   beast::error_code ec;
-  while (!serializer.is_done() && !ec) {
+  while (!serializer.is_header_done() && !ec) {
     serializer.next(ec, [&](beast::error_code&, const auto& buffers) {
       std::size_t bytes = 0;
       for (const auto buffer : beast::buffers_range_ref(buffers)) {
@@ -60,7 +61,12 @@ std::string reply_head(const Reply& reply, bool keep_alive) {
   response.set(http::field::server, view(api::engine_version()));
   response.set("X-Content-Type-Options", "nosniff");
   for (const auto& [name, value] : reply.headers) response.insert(view(name), view(value));
-  if (has_body(reply.status)) response.content_length(reply.bytes().size());
+  if (reply.next_piece) {
+    response.chunked(
+        keep_alive);  // else the connection's end is the body's: HTTP/1.0 has no chunks
+  } else if (has_body(reply.status)) {
+    response.content_length(reply.bytes().size());
+  }
   if (!keep_alive) response.set(http::field::connection, "close");
   return serialized(response);
 }

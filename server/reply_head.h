@@ -6,8 +6,9 @@
 
 namespace fstop::server {
 
-/// Status line and header of `reply` as they go over the wire: with Date, Server,
-/// Content-Length and, where `keep_alive` is false, Connection: close.
+/// Status line and header of `reply` as they go over the wire: with Date, Server, Content-Length
+/// and, where `keep_alive` is false, Connection: close. Bodies made piece by piece have no length,
+/// and are chunked while the connection goes on.
 std::string reply_head(const Reply& reply, bool keep_alive);
 
 /// A reply with a problem document (RFC 9457).

@@ -29,6 +29,7 @@ namespace asio = boost::asio;
 constexpr auto kNoThrow = asio::as_tuple(asio::use_awaitable);
 
 constexpr int kRenderNiceness = 10;
+constexpr int kChartNiceness = 15;  // behind the renders
 constexpr int kReaderNiceness = 5;
 constexpr int kReaderThreads = 2;
 constexpr int kEncoderThreads = 2;
@@ -72,7 +73,14 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                      .scenes = scenes_,
                      .draining = draining_,
                      .simulate = std::move(simulate)}),
+      chart_calls_({.limits = config_.limits,
+                    .log = log_,
+                    .readers = readers_,
+                    .queue = charts_,
+                    .scenes = scenes_,
+                    .draining = draining_}),
       queue_(config.limits.concurrent_renders, config.limits.queued_renders, kRenderNiceness),
+      charts_(1, config.limits.queued_charts, kChartNiceness),
       access_(config.address, config.token),
       listener_(io_, config.address, config.port,
                 {.limits = config_.limits, .routes = routes_, .access = access_, .log = log_}) {
@@ -82,6 +90,7 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
 void Server::add_routes() {
   using http::verb;
   render_calls_.add_to(routes_);
+  chart_calls_.add_to(routes_);
   const auto add = [this](verb method, const char* pattern,
                           asio::awaitable<Reply> (Server::*answer)(Call&)) {
     routes_.add(method, pattern, [this, answer](Call& call) { return (this->*answer)(call); });
@@ -191,8 +200,10 @@ asio::awaitable<void> Server::drain_deadline() {
   asio::steady_timer timer(io_, config_.limits.drain_deadline);
   co_await timer.async_wait(kNoThrow);
   log_.warning("drain_deadline", {{"connections", static_cast<int>(listener_.sessions())}});
-  queue_.close();
-  queue_.cancel_all();
+  for (RenderQueue* queue : {&queue_, &charts_}) {
+    queue->close();
+    queue->cancel_all();
+  }
   timer.expires_after(kLastReplies);
   co_await timer.async_wait(kNoThrow);
   listener_.abort_sessions();

@@ -7,6 +7,7 @@
 #include "api/scene_store.h"
 #include "core/parallel.h"
 #include "server/access.h"
+#include "server/chart_calls.h"
 #include "server/config.h"
 #include "server/listener.h"
 #include "server/log.h"
@@ -39,6 +40,7 @@ class Server {
   void stop_on_signals();
 
   RenderQueue::Counts render_counts() const { return queue_.counts(); }
+  RenderQueue::Counts chart_counts() const { return charts_.counts(); }
   SceneCache::Counts scene_counts() const { return scenes_.counts(); }
 
  private:
@@ -63,7 +65,9 @@ class Server {
   RenderCache renders_;
   SceneCache scenes_;
   RenderCalls render_calls_;
+  ChartCalls chart_calls_;
   RenderQueue queue_;  // its threads end before what they use
+  RenderQueue charts_;
   AccessRules access_;
   Routes routes_;
   Listener listener_;

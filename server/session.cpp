@@ -1,6 +1,8 @@
 #include "server/session.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <utility>
 
 #include <boost/beast/core/string.hpp>
@@ -170,10 +172,34 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
 }
 
 asio::awaitable<bool> Session::send(const Request& request, const Reply& reply) {
+  if (reply.next_piece) co_return co_await send_pieces(request, reply);
   const bool without_body = request.verb == http::verb::head;
   const std::string head = reply_head(reply, request.keep_alive);
   co_return co_await connection_.write(head, without_body ? std::span<const char>() : reply.bytes(),
                                        context_.limits.write_deadline);
+}
+
+// In chunks (RFC 9112 7.1), or up to the connection's end where it is to end. Once the head is out
+// a failure can only end it.
+asio::awaitable<bool> Session::send_pieces(const Request& request, const Reply& reply) {
+  std::string head = reply_head(reply, request.keep_alive);
+  try {
+    for (;;) {
+      std::string piece = co_await reply.next_piece();
+      const bool is_last = piece.empty();
+      if (request.keep_alive) {
+        std::array<char, 24> size = {};
+        std::snprintf(size.data(), size.size(), "%zx\r\n", piece.size());
+        head += size.data();
+        piece += "\r\n";
+      }
+      if (!co_await connection_.write(head, piece, context_.limits.write_deadline)) co_return false;
+      if (is_last) co_return true;
+      head.clear();
+    }
+  } catch (const std::exception&) {
+    co_return false;
+  }
 }
 
 Reply reply_of(const std::exception_ptr& failure, RequestRecord& record) {

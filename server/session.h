@@ -44,6 +44,7 @@ class Session {
   boost::asio::awaitable<Reply> dispatch(Request& request, RequestParser& parser,
                                          RequestRecord& record);
   boost::asio::awaitable<bool> send(const Request& request, const Reply& reply);
+  boost::asio::awaitable<bool> send_pieces(const Request& request, const Reply& reply);
   bool has_unread_body(const RequestParser& parser) const;
 
   Connection connection_;

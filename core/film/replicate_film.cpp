@@ -9,21 +9,34 @@
 namespace fstop {
 namespace {
 
-double clipped(double value) { return std::clamp(value, 0.0, 1.0); }
+float clipped(float value) { return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value); }
 
-// Sums over a block's pixels and channels.
-struct BlockDifference {
-  double clipped = 0.0;     // (A - B)^2/4, values clipped to [0,1]
-  double unclipped = 0.0;   // the same of values as they are
-  double energy = 0.0;      // (A + B)/2
-  double energy_off = 0.0;  // (A - B)/2
-};
+double total(const std::array<float, kBlockPixels>& lanes) {
+  double sum = 0.0;
+  for (const float lane : lanes) sum += static_cast<double>(lane);
+  return sum;
+}
+
+// n^-kNetOrder: 1/(n n^(1/4)).
+double net_error(double samples) {
+  static_assert(ReplicateFilm::kNetOrder == 1.25);
+  return 1.0 / (samples * std::sqrt(std::sqrt(samples)));
+}
 
 }  // namespace
 
+// What a row of blocks adds to the figures of the whole.
+struct ReplicateFilm::RowSums {
+  SquareSums clipped = {};       // squares by block, values clipped to [0,1]
+  SquareSums unclipped = {};     // (A - B)^2/4 by block
+  double energy = 0.0;           // (A + B)/2
+  double energy_variance = 0.0;  // squares of blocks' (A - B)/2
+  bool known = true;             // both replicates have samples everywhere
+};
+
 ReplicateFilm::ReplicateFilm(int width, int height) : grid_(width, height) {
   for (std::size_t r = 0; r < kReplicates; ++r) {
-    sums_[r].resize(grid_.count());
+    sums_[r] = std::make_unique_for_overwrite<Lanes[]>(grid_.count());
     counts_[r].resize(grid_.count());
     spreads_[r].assign(grid_.count(), -1.0F);
     defocus_[r].assign(grid_.count(), std::numeric_limits<float>::infinity());
@@ -33,148 +46,205 @@ ReplicateFilm::ReplicateFilm(int width, int height) : grid_(width, height) {
 void ReplicateFilm::add(int replicate, std::size_t block, const BlockSums& sums,
                         std::uint32_t count) noexcept {
   const auto r = static_cast<std::size_t>(replicate);
-  BlockSums& total = sums_[r][block];
-  const std::uint32_t before = counts_[r][block];
-  if (before > 0) {
-    double squares = 0.0;
-    grid_.for_each_pixel(block, [&](std::size_t lane, int, int) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double change =
-            clipped(total.value[c][lane] / before) - clipped(sums.value[c][lane] / count);
-        squares += change * change;
-      }
-    });
-    const double expected = std::pow(before, -kNetOrder) + std::pow(count, -kNetOrder);
-    spreads_[r][block] = static_cast<float>(squares / (3.0 * grid_.pixels(block) * expected));
-  }
+  Lanes added;
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t k = 0; k < kBlockPixels; ++k) total.value[c][k] += sums.value[c][k];
+    for (std::size_t k = 0; k < kBlockPixels; ++k) {
+      added.value[c][k] = static_cast<float>(sums.value[c][k]);
+    }
   }
   defocus_[r][block] = std::min(defocus_[r][block], sums.least_defocus);
+  if (grid_.pixels(block) < kBlockPixels) {
+    Lanes inside = {};
+    grid_.for_each_pixel(block, [&](std::size_t lane, int, int) {
+      for (std::size_t c = 0; c < 3; ++c) inside.value[c][lane] = added.value[c][lane];
+    });
+    added = inside;
+  }
+  Lanes& whole = sums_[r][block];
+  const std::uint32_t before = counts_[r][block];
   counts_[r][block] += count;
+  if (before == 0) {
+    whole = added;
+    return;
+  }
+  std::array<float, kBlockPixels> squares = {};
+  const float old_scale = 1.0F / static_cast<float>(before);
+  const float new_scale = 1.0F / static_cast<float>(count);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < kBlockPixels; ++k) {
+      const float change =
+          clipped(whole.value[c][k] * old_scale) - clipped(added.value[c][k] * new_scale);
+      squares[k] += change * change;
+      whole.value[c][k] += added.value[c][k];
+    }
+  }
+  const double expected = net_error(before) + net_error(count);
+  spreads_[r][block] = static_cast<float>(total(squares) / (3.0 * grid_.pixels(block) * expected));
 }
 
 void ReplicateFilm::set_extra(int replicate, Image light) {
   extra_[static_cast<std::size_t>(replicate)] = std::move(light);
 }
 
-void ReplicateFilm::values(std::size_t r, std::size_t block, BlockSums& values) const noexcept {
+void ReplicateFilm::values(std::size_t r, std::size_t block, Lanes& values) const noexcept {
   const std::uint32_t count = counts_[r][block];
-  const double scale = count > 0 ? 1.0 / count : 0.0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t k = 0; k < kBlockPixels; ++k) {
-      values.value[c][k] = scale * sums_[r][block].value[c][k];
+  if (count == 0) {
+    values = {};
+  } else {
+    const float scale = 1.0F / static_cast<float>(count);
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t k = 0; k < kBlockPixels; ++k) {
+        values.value[c][k] = scale * sums_[r][block].value[c][k];
+      }
     }
   }
   if (extra_[r].empty()) return;
   grid_.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
     const float* light = extra_[r].at(x, y);
-    for (std::size_t c = 0; c < 3; ++c) {
-      values.value[c][lane] += static_cast<double>(light[c]);
-    }
+    for (std::size_t c = 0; c < 3; ++c) values.value[c][lane] += light[c];
   });
 }
 
-NoiseEstimate ReplicateFilm::noise() const {
-  SquareSums clipped_sums;
-  SquareSums sums;
-  double energy = 0.0;
-  double energy_variance = 0.0;
-  double pixels = 0.0;
-  bool known = true;
-  for (std::size_t block = 0; block < grid_.count(); ++block) {
-    known = known && counts_[0][block] > 0 && counts_[1][block] > 0;
-    BlockSums a;
-    BlockSums b;
+ReplicateFilm::RowSums ReplicateFilm::row_sums(int row) const noexcept {
+  RowSums sums;
+  for (int column = 0; column < grid_.columns; ++column) {
+    const std::size_t block = grid_.index(column, row);
+    sums.known = sums.known && counts_[0][block] > 0 && counts_[1][block] > 0;
+    Lanes a;
+    Lanes b;
     values(0, block, a);
     values(1, block, b);
-    BlockDifference d;
-    grid_.for_each_pixel(block, [&](std::size_t lane, int, int) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double p = a.value[c][lane];
-        const double q = b.value[c][lane];
-        const double off = clipped(p) - clipped(q);
-        d.clipped += 0.25 * off * off;
-        d.unclipped += 0.25 * (p - q) * (p - q);
-        d.energy += 0.5 * (p + q);
-        d.energy_off += 0.5 * (p - q);
+    std::array<float, kBlockPixels> clipped_squares = {};
+    std::array<float, kBlockPixels> squares = {};
+    std::array<float, kBlockPixels> light = {};
+    std::array<float, kBlockPixels> off = {};
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t k = 0; k < kBlockPixels; ++k) {
+        const float p = a.value[c][k];
+        const float q = b.value[c][k];
+        const float half = 0.5F * (p - q);
+        const float middle = 0.5F * (p + q);
+        const float up = clipped(p) - clipped(middle);
+        const float down = clipped(q) - clipped(middle);
+        clipped_squares[k] += 0.5F * (up * up + down * down);
+        squares[k] += half * half;
+        light[k] += middle;
+        off[k] += half;
       }
-    });
-    clipped_sums.add(d.clipped / 3.0);
-    sums.add(d.unclipped / 3.0);
-    energy += d.energy;
-    energy_variance += d.energy_off * d.energy_off;
-    pixels += grid_.pixels(block);
+    }
+    sums.clipped.add(total(clipped_squares) / 3.0);
+    sums.unclipped.add(total(squares) / 3.0);
+    sums.energy += total(light);
+    sums.energy_variance += std::pow(total(off), 2);
   }
-  if (!known)
+  return sums;
+}
+
+NoiseEstimate ReplicateFilm::noise(const RunControl& run) const {
+  std::vector<RowSums> rows(static_cast<std::size_t>(grid_.rows));
+  parallel_for(run, grid_.rows,
+               [&](int row) { rows[static_cast<std::size_t>(row)] = row_sums(row); });
+  RowSums all;
+  for (const RowSums& row : rows) {  // in order: sums never depend on the threads
+    all.clipped.add(row.clipped);
+    all.unclipped.add(row.unclipped);
+    all.energy += row.energy;
+    all.energy_variance += row.energy_variance;
+    all.known = all.known && row.known;
+  }
+  if (!all.known)
     return {.mse = 1.0, .mse_upper_95 = 1.0, .unclipped_mse_upper_95 = 1.0, .energy = 1.0};
   // Sums are per block, figures per pixel.
   const auto blocks = static_cast<double>(grid_.count());
-  const double per_pixel = blocks / pixels;
-  return {.mse = per_pixel * clipped_sums.mean(blocks),
-          .mse_upper_95 = per_pixel * clipped_sums.upper_95(blocks),
-          .unclipped_mse_upper_95 = per_pixel * sums.upper_95(blocks),
-          .energy = energy > 0.0 ? std::sqrt(energy_variance) / energy : 0.0};
+  const double per_pixel = blocks / (static_cast<double>(grid_.width) * grid_.height);
+  return {.mse = per_pixel * all.clipped.mean(blocks),
+          .mse_upper_95 = per_pixel * all.clipped.upper_95(blocks),
+          .unclipped_mse_upper_95 = per_pixel * all.unclipped.upper_95(blocks),
+          .energy = all.energy > 0.0 ? std::sqrt(all.energy_variance) / all.energy : 0.0};
 }
 
 Image ReplicateFilm::replicate(int replicate) const {
   Image image(grid_.width, grid_.height, 3);
   for (std::size_t block = 0; block < grid_.count(); ++block) {
-    BlockSums v;
+    Lanes v;
     values(static_cast<std::size_t>(replicate), block, v);
     grid_.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
-      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(v.value[c][lane]);
+      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = v.value[c][lane];
     });
   }
   return image;
 }
 
-Image ReplicateFilm::mean() const {
-  Image image(grid_.width, grid_.height, 3);
-  for (std::size_t block = 0; block < grid_.count(); ++block) {
-    BlockSums a;
-    BlockSums b;
-    values(0, block, a);
-    values(1, block, b);
-    const bool both = counts_[0][block] > 0 && counts_[1][block] > 0;
-    const double share = both ? 0.5 : 1.0;
-    grid_.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        image.at(x, y)[c] = static_cast<float>(share * (a.value[c][lane] + b.value[c][lane]));
-      }
-    });
+void ReplicateFilm::write_mean(std::size_t block, Image& image) const noexcept {
+  Lanes a;
+  Lanes b;
+  values(0, block, a);
+  values(1, block, b);
+  const float share = counts_[0][block] > 0 && counts_[1][block] > 0 ? 0.5F : 1.0F;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < kBlockPixels; ++k) {
+      a.value[c][k] = share * (a.value[c][k] + b.value[c][k]);
+    }
   }
+  const int right = std::min(kBlockSide, grid_.width - grid_.left(block));
+  const int bottom = std::min(kBlockSide, grid_.height - grid_.top(block));
+  for (int y = 0; y < bottom; ++y) {
+    float* pixel = image.at(grid_.left(block), grid_.top(block) + y);
+    for (int x = 0; x < right; ++x, pixel += 3) {
+      const auto lane = static_cast<std::size_t>(kBlockSide * y + x);
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] = a.value[c][lane];
+    }
+  }
+}
+
+Image ReplicateFilm::mean(const RunControl& run) const {
+  Image image(grid_.width, grid_.height, 3);
+  parallel_for(run, grid_.rows, [&](int row) {
+    for (int column = 0; column < grid_.columns; ++column) {
+      write_mean(grid_.index(column, row), image);
+    }
+  });
   return image;
 }
 
-Image ReplicateFilm::tile_variance() const {
-  const Image a = replicate(0);
-  const Image b = replicate(1);
+Image ReplicateFilm::tile_variance(const RunControl& run) const {
+  static_assert(kErrorTile % kBlockSide == 0);
+  constexpr int kBlocks = kErrorTile / kBlockSide;  // a side
+  const int tile_columns = (grid_.columns + kBlocks - 1) / kBlocks;
+  const int tile_rows = (grid_.rows + kBlocks - 1) / kBlocks;
   Image image(grid_.width, grid_.height, 3);
-  for (int top = 0; top < grid_.height; top += kErrorTile) {
-    for (int left = 0; left < grid_.width; left += kErrorTile) {
-      const int right = std::min(grid_.width, left + kErrorTile);
-      const int bottom = std::min(grid_.height, top + kErrorTile);
-      std::array<double, 3> squares = {};
-      for (int y = top; y < bottom; ++y) {
-        for (int x = left; x < right; ++x) {
-          for (std::size_t c = 0; c < 3; ++c) {
-            const double off =
-                static_cast<double>(a.at(x, y)[c]) - static_cast<double>(b.at(x, y)[c]);
-            squares[c] += 0.25 * off * off;
-          }
-        }
-      }
-      const double pixels = static_cast<double>(right - left) * (bottom - top);
-      for (int y = top; y < bottom; ++y) {
-        for (int x = left; x < right; ++x) {
-          for (std::size_t c = 0; c < 3; ++c) {
-            image.at(x, y)[c] = static_cast<float>(squares[c] / pixels);
+  parallel_for(run, tile_columns * tile_rows, [&](int tile) {
+    const int left = tile % tile_columns * kBlocks;
+    const int top = tile / tile_columns * kBlocks;
+    const int right = std::min(grid_.columns, left + kBlocks);
+    const int bottom = std::min(grid_.rows, top + kBlocks);
+    std::array<double, 3> squares = {};
+    double pixels = 0.0;
+    for (int row = top; row < bottom; ++row) {
+      for (int column = left; column < right; ++column) {
+        Lanes a;
+        Lanes b;
+        values(0, grid_.index(column, row), a);
+        values(1, grid_.index(column, row), b);
+        pixels += grid_.pixels(grid_.index(column, row));
+        for (std::size_t c = 0; c < 3; ++c) {
+          for (std::size_t k = 0; k < kBlockPixels; ++k) {
+            const double off = 0.5 * (double(a.value[c][k]) - double(b.value[c][k]));
+            squares[c] += off * off;
           }
         }
       }
     }
-  }
+    for (int row = top; row < bottom; ++row) {
+      for (int column = left; column < right; ++column) {
+        grid_.for_each_pixel(grid_.index(column, row), [&](std::size_t, int x, int y) {
+          for (std::size_t c = 0; c < 3; ++c) {
+            image.at(x, y)[c] = static_cast<float>(squares[c] / pixels);
+          }
+        });
+      }
+    }
+  });
   return image;
 }
 

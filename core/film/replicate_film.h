@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/film/block.h"
 #include "core/film/image.h"
 #include "core/film/noise_estimate.h"
+#include "core/parallel.h"
 
 namespace fstop {
 
@@ -52,28 +54,42 @@ class ReplicateFilm {
   /// Of scrambled nets, between independent samples' 1 and smooth integrands' 3.
   static constexpr double kNetOrder = 1.25;
 
+  /// With values clipped to [0,1] the mean M is as far from the truth as A and B are from M:
+  /// ((A - M)^2 + (B - M)^2)/2, each clipped, which is (A - B)^2/4 inside; clipped A and B alone
+  /// would hide what their mean, clipped less, still shows.
   /// Blocks are the independent units: their pixels share pupil points. The bounds add 1.645 sqrt 2
   /// standard errors of the mean over blocks, as the error that was made scatters like the
   /// estimate. Without samples in both replicates nothing is known: the bound is 1.
-  NoiseEstimate noise() const;
+  NoiseEstimate noise(const RunControl& run = {}) const;
 
   /// (A + B)/2, 3 channels; where one replicate has no samples, the other.
-  Image mean() const;
+  Image mean(const RunControl& run = {}) const;
   Image replicate(int replicate) const;
   /// Mean of (A - B)^2/4 over tiles of kErrorTile pixels a side, 3 channels, every pixel its
   /// tile's.
-  Image tile_variance() const;
+  Image tile_variance(const RunControl& run = {}) const;
 
   /// Mean and largest number of samples of a pixel, both replicates together.
   double samples_mean() const;
   int samples_max() const;
 
  private:
-  // Values of a block in one replicate.
-  void values(std::size_t replicate, std::size_t block, BlockSums& values) const noexcept;
+  // Of a block's pixels, per channel and lane; lanes outside the picture hold 0. Single precision:
+  // a block is added to a few times, each a rounding of 2^-24, far below any error asked for.
+  // Not initialised: a replicate's first samples are written, not added, so that the threads that
+  // trace touch the memory first.
+  struct alignas(64) Lanes {
+    std::array<std::array<float, kBlockPixels>, 3> value;
+  };
+  struct RowSums;
+
+  // Values of a block in one replicate; 0 without samples.
+  void values(std::size_t replicate, std::size_t block, Lanes& values) const noexcept;
+  RowSums row_sums(int row) const noexcept;
+  void write_mean(std::size_t block, Image& image) const noexcept;
 
   BlockGrid grid_;
-  std::array<std::vector<BlockSums>, kReplicates> sums_;
+  std::array<std::unique_ptr<Lanes[]>, kReplicates> sums_;
   std::array<std::vector<std::uint32_t>, kReplicates> counts_;
   std::array<std::vector<float>, kReplicates> spreads_;
   std::array<std::vector<float>, kReplicates> defocus_;

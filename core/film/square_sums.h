@@ -14,6 +14,10 @@ struct SquareSums {
     sum += square;
     sum_of_squares += square * square;
   }
+  void add(const SquareSums& other) noexcept {
+    sum += other.sum;
+    sum_of_squares += other.sum_of_squares;
+  }
   double mean(double pixels) const noexcept { return sum / pixels; }
   /// `shared`: pixels that carry one and the same error, so that as many fewer tell of it.
   double upper_95(double pixels, double shared = 1.0) const noexcept {

@@ -4,13 +4,13 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 
 #include "core/render/allocation.h"
-#include "core/render/defocus_filter.h"
 #include "core/render/sample_loop.h"
+#include "core/render/sharing.h"
+#include "core/render/splatted_light.h"
 
 namespace fstop {
 namespace {
@@ -20,16 +20,11 @@ constexpr std::uint32_t kVisit = 256;
 // Rounds aim a little below the target, so that one is mostly enough.
 constexpr double kAim = 0.94;
 
-class Clock {
- public:
-  double ms() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
+using Clock = std::chrono::steady_clock;
 
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 // The picture under way: both replicates' sources and their film.
 class Picture {
@@ -45,15 +40,21 @@ class Picture {
   ReplicateFilm& film() { return film_; }
   std::uint64_t rays() const { return rays_; }
   double samples() const { return samples_; }
+  double samples_per_ms() const { return samples_ / std::max(trace_ms_, 1e-3); }
 
-  // Traces what is missing to `counts`; progress goes to `end` of the whole.
-  void trace(const BlockCounts& counts, double end) {
+  // Traces what is missing to `counts`, but begins no tile after `deadline`; progress goes to `end`
+  // of the whole.
+  void trace(const BlockCounts& counts, double end,
+             Clock::time_point deadline = Clock::time_point::max()) {
+    const Clock::time_point start = Clock::now();
     const double begin = progress_;
     std::atomic<int> done = 0;
     const int tiles = tile_columns_ * tile_rows_;
     std::atomic<std::uint64_t> rays = 0;
     std::atomic<std::uint64_t> samples = 0;
+    const bool limited = deadline != Clock::time_point::max();
     parallel_for(run_, tiles, [&](int tile) {
+      if (limited && Clock::now() >= deadline) return;
       for_each_block(film_.grid(), tile % tile_columns_, tile / tile_columns_,
                      [&](std::size_t block) {
                        for (int r = 0; r < kReplicates; ++r) {
@@ -68,6 +69,7 @@ class Picture {
     rays_ += rays;
     samples_ += static_cast<double>(samples.load());
     progress_ = end;
+    trace_ms_ += ms_since(start);
   }
 
   BlockCounts uniform(std::uint32_t a, std::uint32_t b) const {
@@ -122,6 +124,7 @@ class Picture {
   const RunControl& run_;
   std::uint64_t rays_ = 0;
   double samples_ = 0.0;
+  double trace_ms_ = 0.0;  // spent in trace()
   double progress_ = 0.0;
   std::mutex mutex_;
   double reported_ = 0.0;
@@ -135,128 +138,23 @@ std::uint32_t pilot_samples(double max_error) {
   return max_error >= 0.0015 ? 8 : 16;
 }
 
-// What is known of the picture's error, and how much of it more samples would mend.
-struct Judgement {
-  NoiseEstimate noise = {};
-  double variance = 0.0;  // of the mean square error; the rest is a filter's bias
-};
-
-// The filter that shares samples between pixels, chosen by a pilot's own errors.
-class Sharing {
- public:
-  Sharing(double blur_px, const RunControl& run) : blur_px_(blur_px), run_(run) {}
-
-  /// The error of the filtered picture if that is smaller than `raw`, of the film as it is.
-  Judgement judged(const ReplicateFilm& film, const NoiseEstimate& raw, double goal) {
-    const Image a = film.replicate(0);
-    const Image b = film.replicate(1);
-    if (!chosen_) {
-      // A plain mean of narrow windows is best where few samples do, parabolas where many must.
-      const Try mean = tried(film, a, b, {.keeps_parabolas = false, .share = 0.18});
-      const Try parabola = tried(film, a, b, {.keeps_parabolas = true, .share = 0.35});
-      chosen_ = samples_needed(mean.certificate, goal) < samples_needed(parabola.certificate, goal)
-                    ? mean.kind
-                    : parabola.kind;
-      last_ = chosen_->keeps_parabolas ? parabola : mean;
-    } else {
-      last_ = tried(film, a, b, *chosen_);
-    }
-    const Certificate& c = last_.certificate;
-    is_better_ = last_.filter && c.mse_upper_95 < raw.mse_upper_95;
-    if (!is_better_) return {.noise = raw, .variance = raw.mse};
-    Judgement result{.noise = raw, .variance = c.variance};
-    result.noise.mse = c.mse;
-    result.noise.mse_upper_95 = c.mse_upper_95;
-    return result;
-  }
-  bool is_better() const { return is_better_; }
-  const Certificate& certificate() const { return last_.certificate; }
-
-  /// By block: what filtering leaves of its variance.
-  std::vector<float> shares(const BlockGrid& grid) const {
-    std::vector<float> result(grid.count(), 1.0F);
-    if (!is_better_) return result;
-    for (std::size_t block = 0; block < grid.count(); ++block) {
-      const int radius = last_.filter->radius(grid.left(block) / DefocusFilter::kTileSide,
-                                              grid.top(block) / DefocusFilter::kTileSide);
-      result[block] = static_cast<float>(last_.certificate.gain[static_cast<std::size_t>(radius)]);
-    }
-    return result;
-  }
-
-  /// The picture that was judged.
-  Image picture() const {
-    Image image = last_.a;
-    for (std::size_t i = 0; i < image.pixels().size(); ++i) {
-      // Weights below 0 may undershoot black.
-      image.pixels()[i] = std::max(0.0F, 0.5F * (last_.a.pixels()[i] + last_.b.pixels()[i]));
-    }
-    return image;
-  }
-  /// Widest window, pixels.
-  int widest() const {
-    int radius = 0;
-    for (int row = 0; row < last_.filter->rows(); ++row) {
-      for (int column = 0; column < last_.filter->columns(); ++column) {
-        radius = std::max(radius, last_.filter->radius(column, row));
-      }
-    }
-    return 2 * radius + 1;
-  }
-
- private:
-  struct Try {
-    FilterKind kind = {};
-    std::optional<DefocusFilter> filter = {};
-    Certificate certificate = {};
-    Image a = {};
-    Image b = {};
-  };
-
-  Try tried(const ReplicateFilm& film, const Image& a, const Image& b, const FilterKind& kind) {
-    Try result{.kind = kind};
-    result.filter.emplace(film, a, b, blur_px_, kind);
-    if (!result.filter->does_something()) {
-      result.filter.reset();
-      result.certificate.mse = result.certificate.mse_upper_95 = result.certificate.variance =
-          std::numeric_limits<double>::infinity();
-      return result;
-    }
-    result.a = result.filter->applied(a, run_);
-    result.b = result.filter->applied(b, run_);
-    result.certificate = certified(*result.filter, a, b, result.a, result.b);
-    return result;
-  }
-
-  // In units of those there are, by the law of the nets; what bias leaves no room for is infinite.
-  static double samples_needed(const Certificate& c, double goal) {
-    const double room = goal - std::max(0.0, c.bias_squared);
-    if (room <= 0.0) return std::numeric_limits<double>::infinity();
-    return std::pow(c.variance / room, 1.0 / ReplicateFilm::kNetOrder);
-  }
-
-  double blur_px_;
-  const RunControl& run_;
-  std::optional<FilterKind> chosen_ = {};
-  Try last_ = {};
-  bool is_better_ = false;
-};
-
 class Rounds {
  public:
-  Rounds(Picture& picture, const QualitySpec& quality, double bias, Sharing* sharing)
+  Rounds(Picture& picture, const Shot& shot, double bias, Sharing* sharing, const RunControl& run)
       : picture_(picture),
-        quality_(quality),
+        quality_(shot.quality),
+        start_(shot.start),
+        bias_(bias),
+        sharing_(sharing),
+        run_(run),
         // Where the omissions alone pass the target, noise is brought down to it all the same.
-        goal_(std::pow(quality.max_error, 2) - (bias < quality.max_error ? bias * bias : 0.0)),
-        sharing_(sharing) {}
+        goal_(std::pow(quality_.max_error, 2) - (bias < quality_.max_error ? bias * bias : 0.0)) {}
 
   void run() {
     pilot();
     while (true) {
       const Judgement known = judged();
-      noise_ = known.noise;
-      if (noise_.mse_upper_95 <= goal_) return;
+      if (known.noise.mse_upper_95 <= goal_) return;
       const double remaining = budget();
       if (remaining <= 0.0) return;
       if (!trace_towards_goal(known, remaining)) return;
@@ -266,24 +164,44 @@ class Rounds {
   const std::string& warning() const { return warning_; }
 
  private:
+  static constexpr const char* kOutOfSamples =
+      "the noise was still above the target at the most samples allowed";
+  static constexpr const char* kOutOfTime = "stopped by max_time_ms before the error was reached";
+
   void pilot() {
-    if (quality_.max_time_ms) {
-      picture_.trace(picture_.uniform(1, 1), 0.1);
-      return;
-    }
-    const std::uint32_t count = pilot_samples(quality_.max_error);
+    const std::uint32_t count = quality_.max_time_ms ? 2 : pilot_samples(quality_.max_error);
     picture_.trace(picture_.uniform(count / 2, count / 2), 0.05);
-    const double half = picture_.film().noise().mse;
-    picture_.trace(picture_.uniform(count, count), 0.1);
-    const double whole = picture_.film().noise().mse;
+    const Clock::time_point start = Clock::now();
+    const double half = picture_.film().noise(run_).mse;
+    finish_ms_ = kFinishPasses * ms_since(start);
+    if (run_.preview) show(picture_.film().noise(run_), picture_.film().mean(run_));
+    // In time only where another such pass fits.
+    if (quality_.max_time_ms && left_ms() * picture_.samples_per_ms() < picture_.samples()) return;
+    picture_.trace(picture_.uniform(count, count), 0.1, deadline());
+    const double whole = picture_.film().noise(run_).mse;
     // How fast this picture's nets converge, as the pilot's doubling showed.
     if (whole > 0.0 && half > whole) order_ = std::clamp(std::log2(half / whole), 1.0, 1.75);
   }
 
   Judgement judged() {
-    const NoiseEstimate raw = picture_.film().noise();
-    if (sharing_ == nullptr) return {.noise = raw, .variance = raw.mse};
-    return sharing_->judged(picture_.film(), raw, kAim * goal_);
+    const Clock::time_point start = Clock::now();
+    const NoiseEstimate raw = picture_.film().noise(run_);
+    Judgement known{.noise = raw, .variance = raw.mse};
+    if (sharing_ != nullptr) known = sharing_->judged(picture_.film(), raw, kAim * goal_);
+    noise_ = known.noise;
+    // What comes after the last round: the same passes for the mean, and as much for the figures of
+    // the finished picture.
+    finish_ms_ = kFinishPasses * ms_since(start);
+    if (run_.preview && (!previewed_ || ms_since(*previewed_) >= 50.0)) {
+      const bool filtered = sharing_ != nullptr && sharing_->is_better();
+      show(noise_, filtered ? sharing_->picture() : picture_.film().mean(run_));
+    }
+    return known;
+  }
+
+  void show(const NoiseEstimate& noise, const Image& picture) {
+    run_.preview(picture, std::sqrt(noise.mse_upper_95 + bias_ * bias_));
+    previewed_ = Clock::now();
   }
 
   // Another round; false where nothing more can be traced.
@@ -291,7 +209,7 @@ class Rounds {
     const NoiseEstimate& noise = known.noise;
     const double ratio = noise.mse > 0.0 ? noise.mse_upper_95 / noise.mse : 1.0;
     const double bias = std::max(0.0, noise.mse - known.variance);
-    // A bias that leaves no room is not mended by samples: then half of the noise goes.
+    // A bias that leaves no room is not mended by samples: then most of the noise goes.
     const double room = std::max(kAim * goal_ / ratio - bias, 0.25 * known.variance);
     const std::vector<float> shares =
         sharing_ != nullptr ? sharing_->shares(picture_.film().grid()) : std::vector<float>{};
@@ -304,45 +222,63 @@ class Rounds {
                                     .order = order_,
                                     .shares = shares.empty() ? nullptr : &shares});
     if (next.samples <= 0.0) {
-      warning_ = "the noise was still above the target at the most samples allowed";
+      warning_ = quality_.max_time_ms ? kOutOfTime : kOutOfSamples;
       return false;
     }
     const double reached =
         next.predicted_mse > 0.0 ? std::min(1.0, room / next.predicted_mse) : 1.0;
-    picture_.trace(next.counts, picture_.progress() + 0.9 * reached * (1.0 - picture_.progress()));
+    picture_.trace(next.counts, picture_.progress() + 0.9 * reached * (1.0 - picture_.progress()),
+                   deadline());
     return true;
+  }
+
+  // Until tracing has to end.
+  double left_ms() const { return *quality_.max_time_ms - finish_ms_ - ms_since(start_); }
+  Clock::time_point deadline() const {
+    if (!quality_.max_time_ms) return Clock::time_point::max();
+    return Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                              std::chrono::duration<double, std::milli>(left_ms()));
   }
 
   // Samples that may still be traced; says why where there are none.
   double budget() {
     const double most = static_cast<double>(quality_.most_samples) - picture_.samples();
-    if (most <= 0.0) warning_ = "the noise was still above the target at the most samples allowed";
+    if (most <= 0.0) warning_ = kOutOfSamples;
     if (!quality_.max_time_ms) return most;
-    const double left = 0.95 * *quality_.max_time_ms - clock_.ms();
-    const double in_time = picture_.samples() * left / std::max(clock_.ms(), 1e-3);
+    const double in_time = kTimeShare * left_ms() * picture_.samples_per_ms();
     const double worth_a_round = 0.1 * picture_.samples();
     if (in_time >= worth_a_round) return std::min(most, in_time);
-    warning_ = "stopped by max_time_ms before the error was reached";
+    warning_ = left_ms() < 0.0 && picture_.film().samples_max() <= kReplicates
+                   ? "one sample a pixel in each replicate took longer than max_time_ms"
+                   : kOutOfTime;
     return 0.0;
   }
 
+  // Of the time that is left a round plans to use: rates scatter.
+  static constexpr double kTimeShare = 0.9;
+  static constexpr double kFinishPasses = 4.0;
   static constexpr double kMostGrowth = 8.0;  // of a block's count in a round
 
   Picture& picture_;
   const QualitySpec& quality_;
-  double goal_;
+  Clock::time_point start_;
+  double bias_;
   Sharing* sharing_;
+  const RunControl& run_;
+  double goal_;
   double order_ = ReplicateFilm::kNetOrder;
-  Clock clock_ = {};
+  double finish_ms_ = 0.0;
+  std::optional<Clock::time_point> previewed_ = {};
   NoiseEstimate noise_ = {};
   std::string warning_ = {};
 };
 
-RenderOutcome finished(Picture& picture, const NoiseEstimate& noise) {
+RenderOutcome finished(Picture& picture, const Shot& shot, const NoiseEstimate& noise,
+                       const RunControl& run) {
   picture.report(1.0);
   const ReplicateFilm& film = picture.film();
-  return {.color = film.mean(),
-          .variance = film.tile_variance(),
+  return {.color = film.mean(run),
+          .variance = shot.wants_variance ? film.tile_variance(run) : Image{},
           .samples_mean = film.samples_mean(),
           .samples_max = film.samples_max(),
           .noise = noise,
@@ -350,52 +286,62 @@ RenderOutcome finished(Picture& picture, const NoiseEstimate& noise) {
 }
 
 // A forced count: half of it in each replicate.
-RenderOutcome render_exactly(Picture& picture, std::uint32_t samples) {
+NoiseEstimate trace_exactly(Picture& picture, std::uint32_t samples, Sharing* sharing,
+                            const RunControl& run) {
   picture.trace(picture.uniform((samples + 1) / 2, samples / 2), 0.95);
-  RenderOutcome outcome = finished(picture, picture.film().noise());
-  if (samples == 1) outcome.warnings.emplace_back("one sample a pixel: the noise cannot be told");
-  return outcome;
+  const NoiseEstimate raw = picture.film().noise(run);
+  if (sharing == nullptr || samples < 2) return raw;
+  return sharing->judged(picture.film(), raw, raw.mse).noise;
+}
+
+// Splats are cheap beside samples: they get a tenth of the error, and at most as many points as a
+// forced or timed render traces samples.
+void add_splats(const QualitySpec& quality, SplattedLight& light, Picture& picture,
+                const RunControl& run) {
+  const double pixels = double(kBlockPixels) * static_cast<double>(picture.film().grid().count());
+  const double free = quality.max_time_ms ? pixels : 4e8;
+  light.splat(0.1 * std::pow(quality.max_error, 2), free, picture.film(), run);
 }
 
 }  // namespace
 
-RenderOutcome rendered_adaptively(const SampleSource& source, const QualitySpec& quality,
-                                  std::uint32_t seed, double bias, const RunControl& run) {
-  Picture picture(source, seed, run);
-  if (quality.samples) return render_exactly(picture, static_cast<std::uint32_t>(*quality.samples));
-  Rounds rounds(picture, quality, bias, nullptr);
-  rounds.run();
-  RenderOutcome outcome = finished(picture, rounds.noise());
-  if (!rounds.warning().empty()) outcome.warnings.push_back(rounds.warning());
-  return outcome;
-}
-
-RenderOutcome rendered_sharing(const SampleSource& source, const QualitySpec& quality,
-                               std::uint32_t seed, double bias, const RunControl& run) {
-  Picture picture(source, seed, run);
+RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
+                                  const AdaptiveMeans& means, const RunControl& run) {
+  Picture picture(source, shot.seed, run);
+  std::optional<SplattedLight> light;
+  if (means.splats != nullptr) {
+    light.emplace(*means.splats);
+    add_splats(shot.quality, *light, picture, run);
+  }
   const BlockTracer any(source, picture.film().grid(), 0);
-  Sharing sharing(any.blur_px(), run);
+  std::optional<Sharing> sharing;
+  if (means.shares_samples) sharing.emplace(any.blur_px(), run);
+  Sharing* shared = sharing ? &*sharing : nullptr;
+
   NoiseEstimate noise;
   std::string warning;
-  if (quality.samples) {
-    const auto samples = static_cast<std::uint32_t>(*quality.samples);
-    picture.trace(picture.uniform((samples + 1) / 2, samples / 2), 0.95);
-    const NoiseEstimate raw = picture.film().noise();
-    noise = samples > 1 ? sharing.judged(picture.film(), raw, raw.mse).noise : raw;
+  if (shot.quality.samples) {
+    const auto samples = static_cast<std::uint32_t>(*shot.quality.samples);
+    noise = trace_exactly(picture, samples, shared, run);
     if (samples == 1) warning = "one sample a pixel: the noise cannot be told";
   } else {
-    Rounds rounds(picture, quality, bias, &sharing);
+    Rounds rounds(picture, shot, means.bias, shared, run);
     rounds.run();
     noise = rounds.noise();
     warning = rounds.warning();
   }
-  RenderOutcome outcome = finished(picture, noise);
+  RenderOutcome outcome = finished(picture, shot, noise, run);
   if (!warning.empty()) outcome.warnings.push_back(warning);
-  if (!sharing.is_better()) return outcome;
-  outcome.color = sharing.picture();
+  if (light) {
+    outcome.rays += light->rays();
+    outcome.splatted_points = light->points();
+  }
+  if (!sharing || !sharing->is_better()) return outcome;
+  outcome.color = sharing->picture();
+  if (shot.wants_variance) outcome.variance = sharing->error_tiles(picture.film());
   outcome.shared =
-      SharedSamples{.widest_window = sharing.widest(),
-                    .bias = std::sqrt(std::max(0.0, sharing.certificate().bias_squared))};
+      SharedSamples{.widest_window = sharing->widest(),
+                    .bias = std::sqrt(std::max(0.0, sharing->certificate().bias_squared))};
   return outcome;
 }
 

@@ -32,7 +32,6 @@ struct Bundle {
   float slope = 0.0F;
   float shift_x = 0.0F;  // of the slopes, by the pupil point
   float shift_y = 0.0F;
-  std::uint32_t mask = 0;
 };
 
 FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const LaneFloats& corner_y,
@@ -47,27 +46,16 @@ FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const La
     packet.org_x[k] = bundle.origin.x;
     packet.org_y[k] = bundle.origin.y;
     packet.org_z[k] = bundle.origin.z;
-    packet.near[k] = 0.0F;
     packet.dir_x[k] = dx * scale;
     packet.dir_y[k] = dy * scale;
     packet.dir_z[k] = dz * scale;
     packet.far[k] = kFar;
-    packet.mask[k] = bundle.mask;
-    packet.id[k] = 0;
-    packet.flags[k] = 0;
     packet.object[k] = kNoHit;
-    packet.instance[k] = kNoHit;
   }
 }
-FSTOP_AVX512 void aim_wide(const Bundle& bundle, const LaneFloats& corner_x,
-                           const LaneFloats& corner_y, const LaneFloats& jitter_x,
-                           const LaneFloats& jitter_y, RayPacket& packet) {
-  aim(bundle, corner_x, corner_y, jitter_x, jitter_y, packet);
-}
-
 // The chief ray's cosine to the fourth power: 1/(1 + a^2)^2 of its slopes.
-void fall_off(const LaneFloats& corner_x, const LaneFloats& corner_y, float slope,
-              TracedPacket& traced) {
+FSTOP_KERNEL void fall_off(const LaneFloats& corner_x, const LaneFloats& corner_y, float slope,
+                           TracedPacket& traced) {
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float ax = corner_x[k] + traced.jitter_x[k] * slope;
     const float ay = corner_y[k] + traced.jitter_y[k] * slope;
@@ -91,11 +79,6 @@ FSTOP_KERNEL void finish(const RayPacket& packet, Vec3f forward, float exposure,
     traced.colors.b[k] *= exposure;
   }
 }
-FSTOP_AVX512 void finish_wide(const RayPacket& packet, Vec3f forward, float exposure,
-                              TracedPacket& traced) {
-  finish(packet, forward, exposure, traced);
-}
-
 // Few samples in single precision, their sums in double.
 struct alignas(64) PartialSums {
   LaneFloats r = {}, g = {}, b = {};
@@ -108,8 +91,6 @@ FSTOP_KERNEL void add(const LaneColors& colors, PartialSums& sums) {
     sums.b[k] += colors.b[k];
   }
 }
-FSTOP_AVX512 void add_wide(const LaneColors& colors, PartialSums& sums) { add(colors, sums); }
-
 }  // namespace
 
 BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
@@ -134,6 +115,9 @@ BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
     corner_x_[lane] = static_cast<float>((x - frame_.centre.x) * frame_.slope);
     corner_y_[lane] = static_cast<float>((y - frame_.centre.y) * frame_.slope);
   });
+  // What no sample changes; Embree leaves it alone.
+  packet_.mask.fill(source.mask);
+  packet_.instance.fill(kNoHit);
 }
 
 void BlockTracer::choose_pupil_points(std::uint32_t chunk) noexcept {
@@ -146,15 +130,15 @@ void BlockTracer::choose_pupil_points(std::uint32_t chunk) noexcept {
   source_.pupil.apply(pupil_x_, pupil_y_);
 }
 
-std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) noexcept {
+FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
+                                                  TracedPacket& traced) noexcept {
   pixel_x_.fill(index, traced.jitter_x);
   pixel_y_.fill(index, traced.jitter_y);
   Bundle bundle{.origin = to_float(frame_.position),
                 .right = right_,
                 .down = down_,
                 .forward = forward_,
-                .slope = slope_,
-                .mask = source_.mask};
+                .slope = slope_};
   if (source_.samples_pupil) {
     if (index / kLanes != chunk_) choose_pupil_points(index / kLanes);
     const double px = pupil_x_[index % kLanes] * frame_.radius;
@@ -164,11 +148,7 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
     bundle.shift_y = static_cast<float>(py * frame_.vergence);
   }
   RayPacket& packet = packet_;
-  if (has_avx512()) {
-    aim_wide(bundle, corner_x_, corner_y_, traced.jitter_x, traced.jitter_y, packet);
-  } else {
-    aim(bundle, corner_x_, corner_y_, traced.jitter_x, traced.jitter_y, packet);
-  }
+  aim(bundle, corner_x_, corner_y_, traced.jitter_x, traced.jitter_y, packet);
   if (source_.shutter_seconds > 0.0F) {
     time_.fill(index, packet.time);
     const auto share = source_.shutter_seconds / static_cast<float>(kLongestShutter);
@@ -178,46 +158,45 @@ std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) 
   std::uint64_t rays = lanes_;
   inputs_.keys.index.fill(index);
   shade(inputs_, packet, valid_, traced.colors, rays);
-  if (has_avx512()) {
-    finish_wide(packet, forward_, source_.exposure, traced);
-  } else {
-    finish(packet, forward_, source_.exposure, traced);
-  }
+  finish(packet, forward_, source_.exposure, traced);
   if (source_.falloff) fall_off(corner_x_, corner_y_, slope_, traced);
   return rays;
 }
 
-float BlockTracer::least_defocus(const TracedPacket& traced) const noexcept {
+FSTOP_KERNEL float BlockTracer::least_defocus(const TracedPacket& traced) const noexcept {
   const auto focus = static_cast<float>(frame_.vergence);
-  const Scene& scene = source_.scene.scene();
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float off = std::abs(focus - 1.0F / traced.depth[k]);
     least = valid_[k] != 0 && off < least ? off : least;
   }
-  if (!source_.scene.branches()) return least;
+  return source_.scene.branches() && meets_branches() ? 0.0F : least;
+}
+
+bool BlockTracer::meets_branches() const noexcept {
+  const Scene& scene = source_.scene.scene();
   for (std::size_t k = 0; k < kLanes; ++k) {
     if (valid_[k] == 0 || packet_.object[k] == kNoHit) continue;
     const auto material = static_cast<std::size_t>(scene.objects[packet_.object[k]].material);
     const Material& m = scene.materials[material];
-    if (m.reflection > 0.0 || m.transmission > 0.0) return 0.0F;
+    if (m.reflection > 0.0 || m.transmission > 0.0) return true;
   }
-  return least;
+  return false;
 }
 
-std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
-                                 BlockSums& sums) noexcept {
+FSTOP_KERNEL std::uint64_t BlockTracer::sum_any(std::uint32_t first, std::uint32_t count,
+                                                BlockSums& sums) noexcept {
   std::uint64_t rays = 0;
+  TracedPacket traced;
   float least = sums.least_defocus;
-  const bool wide = has_avx512();
   for (std::uint32_t done = 0; done < count; done += kLanes) {
     PartialSums partial;
-    rays += trace(first + done, std::min<std::uint32_t>(kLanes, count - done),
-                  [&](const TracedPacket& traced) {
-                    least = std::min(least, least_defocus(traced));
-                    if (wide) return add_wide(traced.colors, partial);
-                    add(traced.colors, partial);
-                  });
+    const std::uint32_t end = std::min<std::uint32_t>(done + kLanes, count);
+    for (std::uint32_t i = done; i < end; ++i) {
+      rays += trace_any(first + i, traced);
+      least = std::min(least, least_defocus(traced));
+      add(traced.colors, partial);
+    }
     for (std::size_t k = 0; k < kLanes; ++k) {
       sums.value[0][k] += static_cast<double>(partial.r[k]);
       sums.value[1][k] += static_cast<double>(partial.g[k]);
@@ -226,6 +205,25 @@ std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
   }
   sums.least_defocus = least;
   return rays;
+}
+
+// The whole way of a sample is compiled for one width of vectors: a wide load of what was stored
+// in halves waits for both to reach the cache.
+FSTOP_AVX512 std::uint64_t BlockTracer::trace_wide(std::uint32_t index,
+                                                   TracedPacket& traced) noexcept {
+  return trace_any(index, traced);
+}
+FSTOP_AVX512 std::uint64_t BlockTracer::sum_wide(std::uint32_t first, std::uint32_t count,
+                                                 BlockSums& sums) noexcept {
+  return sum_any(first, count, sums);
+}
+
+std::uint64_t BlockTracer::trace_one(std::uint32_t index, TracedPacket& traced) noexcept {
+  return has_avx512() ? trace_wide(index, traced) : trace_any(index, traced);
+}
+std::uint64_t BlockTracer::trace(std::uint32_t first, std::uint32_t count,
+                                 BlockSums& sums) noexcept {
+  return has_avx512() ? sum_wide(first, count, sums) : sum_any(first, count, sums);
 }
 
 }  // namespace fstop

@@ -65,7 +65,13 @@ class BlockTracer {
  private:
   // Smallest distance from the focus, 1/metre, of what the packet's valid lanes have met.
   float least_defocus(const TracedPacket& traced) const noexcept;
+  // Whether a valid lane has met a mirror or something transparent.
+  bool meets_branches() const noexcept;
   std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
+  std::uint64_t trace_any(std::uint32_t index, TracedPacket& traced) noexcept;
+  std::uint64_t trace_wide(std::uint32_t index, TracedPacket& traced) noexcept;
+  std::uint64_t sum_any(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
+  std::uint64_t sum_wide(std::uint32_t first, std::uint32_t count, BlockSums& sums) noexcept;
   void choose_pupil_points(std::uint32_t chunk) noexcept;
 
   const SampleSource& source_;

@@ -193,8 +193,8 @@ Image DefocusFilter::applied(const Image& picture, const RunControl& run) const 
   return result;
 }
 
-Certificate certified(const DefocusFilter& filter, const Image& a, const Image& b,
-                      const Image& filtered_a, const Image& filtered_b) {
+FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
+                                     const Image& filtered_a, const Image& filtered_b) {
   constexpr int kUnitTiles = 2;  // along a unit's side
   const int unit_columns = (filter.columns() + kUnitTiles - 1) / kUnitTiles;
   const int unit_rows = (filter.rows() + kUnitTiles - 1) / kUnitTiles;
@@ -232,7 +232,7 @@ Certificate certified(const DefocusFilter& filter, const Image& a, const Image& 
     }
   }
   SquareSums total;
-  Certificate result;
+  FilterCertificate result;
   const double values = 3.0 * a.width() * a.height();
   for (const UnitSums& unit : units) {
     total.add(unit.variance + unit.bias);
@@ -246,6 +246,38 @@ Certificate certified(const DefocusFilter& filter, const Image& a, const Image& 
   for (std::size_t r = 0; r < raw.size(); ++r)
     result.gain[r] = raw[r] > 0.0 ? left[r] / raw[r] : 1.0;
   return result;
+}
+
+Image error_tiles(const Image& a, const Image& b, const Image& filtered_a,
+                  const Image& filtered_b) {
+  Image image(a.width(), a.height(), 3);
+  const auto value = [](const Image& from, int x, int y, int c) {
+    return static_cast<double>(from.at(x, y)[c]);
+  };
+  for (int top = 0; top < a.height(); top += kErrorTile) {
+    for (int left = 0; left < a.width(); left += kErrorTile) {
+      const int right = std::min(a.width(), left + kErrorTile);
+      const int bottom = std::min(a.height(), top + kErrorTile);
+      for (int c = 0; c < 3; ++c) {
+        double sum = 0.0;
+        for (int y = top; y < bottom; ++y) {
+          for (int x = left; x < right; ++x) {
+            const double fa = value(filtered_a, x, y, c);
+            const double fb = value(filtered_b, x, y, c);
+            sum +=
+                0.25 * (fa - fb) * (fa - fb) + (fa - value(a, x, y, c)) * (fb - value(b, x, y, c));
+          }
+        }
+        const double mean = sum / (static_cast<double>(right - left) * (bottom - top));
+        for (int y = top; y < bottom; ++y) {
+          for (int x = left; x < right; ++x) {
+            image.at(x, y)[c] = static_cast<float>(std::max(0.0, mean));
+          }
+        }
+      }
+    }
+  }
+  return image;
 }
 
 }  // namespace fstop

@@ -23,7 +23,7 @@ struct FilterKind {
 /// pixels: nothing is separated by depth.
 ///
 /// Where light of different depths hides each other the picture may change faster than c tells:
-/// the filter then has a bias, which `Certificate` measures.
+/// the filter then has a bias, which `FilterCertificate` measures.
 ///
 /// Source: the bandwidth of defocused light, Soler et al. 2009; weights: Savitzky & Golay 1964.
 class DefocusFilter {
@@ -59,7 +59,7 @@ class DefocusFilter {
 };
 
 /// What a filtered picture's error is, bias included.
-struct Certificate {
+struct FilterCertificate {
   double variance = 0.0;  // mean square over pixels and channels
   double bias_squared = 0.0;
   double mse = 0.0;           // their sum
@@ -75,7 +75,11 @@ struct Certificate {
 /// so that both parts are estimated without bias, however wrong the filter is. Values are clipped
 /// to [0,1] for the variance. The bound takes areas of 16 x 16 pixels as units and doubles their
 /// scatter for what neighbours share.
-Certificate certified(const DefocusFilter& filter, const Image& a, const Image& b,
-                      const Image& filtered_a, const Image& filtered_b);
+FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
+                                     const Image& filtered_a, const Image& filtered_b);
+
+/// The same by tiles of kErrorTile pixels a side, 3 channels, not clipped: every pixel has its
+/// tile's expected square of the error, at least 0.
+Image error_tiles(const Image& a, const Image& b, const Image& filtered_a, const Image& filtered_b);
 
 }  // namespace fstop

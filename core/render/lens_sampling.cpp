@@ -2,6 +2,7 @@
 
 #include "core/render/adaptive.h"
 #include "core/render/progressive.h"
+#include "core/render/splatted_light.h"
 
 namespace fstop {
 namespace {
@@ -22,13 +23,15 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // Pixels mix what lies within a blur disc: their spread is that of the whole picture.
   quote.cost_rays = predicted_rays(facts, shot.quality.max_error, facts.contrast);
+  // Samples find a small emitter once in thousands.
+  if (facts.emitters_splatted > 0) quote.cost_rays *= 50.0;
   return quote;
 }
 
 RenderOutcome LensSampling::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot, {.bias = bias}, run);
 }
 
 Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const {
@@ -37,7 +40,7 @@ Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const 
   if (facts.largest_blur_px * kLeastShare < 1.0) {
     return {.refusal = "no blur disc is wide enough to share samples within"};
   }
-  // The pilot decides whether to share: never dearer than lens sampling by more than the look.
+  // The pilot decides whether to share; looking costs some pixel operations.
   quote.cost_rays *= 1.0 - 0.5 * facts.blurred_share;
   quote.cost_rays += 2.0 * facts.pixel_count;
   return quote;
@@ -46,7 +49,33 @@ Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const 
 RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts&, double bias,
                                          const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_sharing(sample_source(shot, camera, true), shot.quality, shot.seed, bias, run);
+  return rendered_adaptively(sample_source(shot, camera, true), shot,
+                             {.bias = bias, .shares_samples = true}, run);
+}
+
+Quote BokehSplatting::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (facts.emitters_splatted == 0) {
+    return {.refusal = "no small emitter brighter than white lies before this camera"};
+  }
+  ShotFacts rest = facts;
+  rest.emitters_splatted = 0;
+  Quote quote = LensSampling().quote(shot, rest);
+  if (!quote.refusal.empty()) return quote;
+  quote.cost_rays *= 1.0 - 0.5 * facts.blurred_share;
+  quote.cost_rays += 2.0 * facts.pixel_count + 1024.0 * facts.emitters_splatted;
+  return quote;
+}
+
+RenderOutcome BokehSplatting::render(const Shot& shot, const ShotFacts& facts, double bias,
+                                     const RunControl& run) const {
+  const Camera camera = camera_of(shot.camera, shot.sensor);
+  SampleSource samples = sample_source(shot, camera, true);
+  const Splatting splatting(camera, shot.seed, samples);
+  return rendered_adaptively(samples, shot,
+                             {.bias = bias,
+                              .shares_samples = facts.largest_blur_px * kLeastShare >= 1.0,
+                              .splats = splatting.light()},
+                             run);
 }
 
 }  // namespace fstop

@@ -24,4 +24,14 @@ class LensReconstruction : public RenderMethod {
                        const RunControl& run) const override;
 };
 
+/// Lens reconstruction for all but small bright emitters, which samples rarely find: those are
+/// traced from their own points through the pupil onto the film.
+class BokehSplatting : public RenderMethod {
+ public:
+  std::string_view name() const noexcept override { return "bokeh-splatting"; }
+  Quote quote(const Shot& shot, const ShotFacts& facts) const override;
+  RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
+                       const RunControl& run) const override;
+};
+
 }  // namespace fstop

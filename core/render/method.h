@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,6 +22,9 @@ struct Shot {
   QualitySpec quality = {};
   EffectChoices effects = {};
   std::uint32_t seed = 0;
+  bool wants_variance = false;  // the outcome's image of it is asked for
+  // max_time_ms counts from here.
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
 
 /// What a cheap probe and closed forms say of a shot; what plans are made from.
@@ -33,6 +37,8 @@ struct ShotFacts {
   double edge_area = 0.0;        // of strips as wide as they hide light, likewise
   double blurred_share = 0.0;    // of the probe's points with blur discs over 6 px
   double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
+  int emitters_found = 0;        // small bright ones, in the scene
+  int emitters_splatted = 0;     // of those, that the camera would splat
   bool moves = false;            // something moves while the shutter is open
   bool mirrors = false;          // something reflects or transmits
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
@@ -50,7 +56,8 @@ struct EffectLoss {
   double transfer_loss = 0.0;
   std::string why = {};
   bool modelled = false;
-  double offset = 0.0;  // RMSE beside it, whatever the contrast: light lost or gained evenly
+  double offset = 0.0;     // RMSE beside it, whatever the contrast: light lost or gained evenly
+  bool certified = false;  // the outcome's noise holds it already: told, not added
 
   double rmse(double contrast) const { return transfer_loss * contrast + offset; }
 };
@@ -75,7 +82,7 @@ struct SharedSamples {
 /// The picture, what it took and how noisy it is.
 struct RenderOutcome {
   Image color = {};     // 3 channels
-  Image variance = {};  // 3 channels, of the mean
+  Image variance = {};  // 3 channels, of the mean; may be empty where the shot wants none
   double samples_mean = 0.0;
   int samples_max = 0;
   NoiseEstimate noise = {};
@@ -83,6 +90,7 @@ struct RenderOutcome {
   std::optional<std::vector<EffectLoss>> effects =
       {};  // where rendering learnt more than the quote
   std::optional<SharedSamples> shared = {};
+  double splatted_points = 0.0;  // of emitters, where they were splatted
   std::vector<std::string> warnings = {};
 };
 

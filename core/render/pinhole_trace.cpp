@@ -5,6 +5,7 @@
 
 #include "core/render/adaptive.h"
 #include "core/render/progressive.h"
+#include "core/render/splatted_light.h"
 
 namespace fstop {
 namespace {
@@ -39,8 +40,9 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
 RenderOutcome PinholeTrace::render(const Shot& shot, const ShotFacts&, double bias,
                                    const RunControl& run) const {
   const Camera camera = central_projection(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, false), shot.quality, shot.seed, bias,
-                             run);
+  SampleSource samples = sample_source(shot, camera, false);
+  const Splatting splatting(camera, shot.seed, samples);
+  return rendered_adaptively(samples, shot, {.bias = bias, .splats = splatting.light()}, run);
 }
 
 }  // namespace fstop

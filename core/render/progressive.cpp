@@ -124,12 +124,13 @@ RenderOutcome render_progressively(const PassSeries& series, const QualitySpec& 
   return runner.finish();
 }
 
+double exposure_of(const CameraSpec& camera) {
+  if (!camera.exposure) return 1.0;
+  return exposure_factor(camera.shutter_seconds, camera.exposure->iso, working_f_number(camera));
+}
+
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil) {
   const bool motion = shot.effects.motion != EffectChoice::off && shot.scene->moves();
-  const double exposure =
-      shot.camera.exposure ? exposure_factor(shot.camera.shutter_seconds, shot.camera.exposure->iso,
-                                             working_f_number(shot.camera))
-                           : 1.0;
   return {.scene = *shot.scene,
           .camera = camera,
           .sensor = shot.sensor,
@@ -137,7 +138,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .sequence = SampleSequence(shot.seed),
           .samples_pupil = samples_pupil,
           .falloff = shot.effects.falloff == EffectChoice::on,
-          .exposure = static_cast<float>(exposure),
+          .exposure = static_cast<float>(exposure_of(shot.camera)),
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality.max_error))};
 }

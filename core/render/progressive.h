@@ -29,6 +29,9 @@ struct PassSeries {
 RenderOutcome render_progressively(const PassSeries& series, const QualitySpec& quality,
                                    double bias, const RunControl& run);
 
+/// Factor from radiance to pixel value.
+double exposure_of(const CameraSpec& camera);
+
 /// The source of a shot's samples, seen through `camera`.
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil);
 

@@ -1,15 +1,19 @@
 #include "core/render/shot_facts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "core/render/emitter_choice.h"
+#include "core/render/progressive.h"
 #include "core/shading/ray_tree.h"
 
 namespace fstop {
 namespace {
 
 constexpr double kProbeRays = 20000.0;
+constexpr double kWideBlur = 6.0;  // px
 
 struct Moments {
   double sum = 0.0;
@@ -21,6 +25,11 @@ struct Moments {
     sum += value;
     square += value * value;
     count += 1.0;
+  }
+  void add(const Moments& other) {
+    sum += other.sum;
+    square += other.square;
+    count += other.count;
   }
   double deviation() const {
     if (count < 1.0) return 0.0;
@@ -75,50 +84,118 @@ void find_edges(const ProbeGrid& grid, const std::vector<double>& blur_px, ShotF
   facts.edge_area = area / all;
 }
 
-void probe(const Shot& shot, ShotFacts& facts) {
-  const RayScene& scene = *shot.scene;
-  const PinholeCamera camera = central_projection(shot.camera, shot.sensor);
-  const ProbeGrid grid(shot.sensor, scene.scene().lights.size());
-  Moments moments;
-  std::vector<double> blur_px(static_cast<std::size_t>(grid.count()),
-                              std::numeric_limits<double>::quiet_NaN());
-  for (int begin = 0; begin < grid.count(); begin += kLanes) {
+// What some packets of the probe found.
+struct ProbePart {
+  Moments moments = {};
+  int wide_blurs = 0;  // points with a blur disc over kWideBlur
+  double largest_blur_px = 0.0;
+  std::uint64_t rays = 0;
+};
+
+class Probe {
+ public:
+  explicit Probe(const Shot& shot)
+      : shot_(shot),
+        camera_(central_projection(shot.camera, shot.sensor)),
+        grid_(shot.sensor, shot.scene->scene().lights.size()),
+        blur_px_(static_cast<std::size_t>(grid_.count()),
+                 std::numeric_limits<double>::quiet_NaN()) {}
+
+  void run(ShotFacts& facts, const RunControl& control) {
+    constexpr int kPart = 16 * kLanes;
+    std::vector<ProbePart> parts(static_cast<std::size_t>((grid_.count() + kPart - 1) / kPart));
+    parallel_for(control, static_cast<int>(parts.size()), [&](int i) {
+      ProbePart& part = parts[static_cast<std::size_t>(i)];
+      const int end = std::min(grid_.count(), (i + 1) * kPart);
+      for (int begin = i * kPart; begin < end; begin += kLanes) trace(begin, part);
+    });
+    Moments moments;
+    for (const ProbePart& part : parts) {
+      moments.add(part.moments);
+      facts.largest_blur_px = std::max(facts.largest_blur_px, part.largest_blur_px);
+      facts.probe_rays += part.rays;
+      facts.blurred_share += double(part.wide_blurs) / grid_.count();
+    }
+    facts.contrast = moments.deviation();
+    find_edges(grid_, blur_px_, facts);
+  }
+
+ private:
+  void trace(int begin, ProbePart& part) {
+    const RayScene& scene = *shot_.scene;
     RayPacket packet;
     alignas(64) LaneMask valid = {};
-    ShadingInputs inputs{.scene = scene, .sequence = SampleSequence(shot.seed)};
-    for (int lane = 0; lane < kLanes && begin + lane < grid.count(); ++lane) {
-      const Ray ray = camera.ray(grid.raster(begin + lane), {});
+    ShadingInputs inputs{.scene = scene, .sequence = SampleSequence(shot_.seed)};
+    for (int lane = 0; lane < kLanes && begin + lane < grid_.count(); ++lane) {
+      const Ray ray = camera_.ray(grid_.raster(begin + lane), {});
       packet.set(lane, to_float(ray.origin), to_float(ray.direction), kFar, 0.0F);
       valid[static_cast<std::size_t>(lane)] = -1;
       inputs.keys.pixel[static_cast<std::size_t>(lane)] = static_cast<std::uint32_t>(begin + lane);
-      ++facts.probe_rays;
+      ++part.rays;
     }
     scene.intersect(packet, valid, Coherence::coherent);
     LaneSurfaces surfaces;
     LaneColors colors;
-    shade_locally(inputs, packet, valid, LaneFloats{}, surfaces, colors, facts.probe_rays);
+    shade_locally(inputs, packet, valid, LaneFloats{}, surfaces, colors, part.rays);
     for (int lane = 0; lane < kLanes; ++lane) {
-      const auto k = static_cast<std::size_t>(lane);
-      if (valid[k] == 0) continue;
-      for (const float value : colors.get(lane)) moments.add(value);
-      const Vec3f d = packet.direction(lane);
-      const double cosine = dot(Vec3{d.x, d.y, d.z}, camera.pose().forward());
-      const Length depth = packet.hit(lane) ? Length::si(packet.far[k] * cosine) : kInfinitelyFar;
-      if (!packet.hit(lane) && scene.scene().background == Rgb{0, 0, 0}) continue;
-      if (!(depth > Length{})) continue;  // a surface through the pupil has no blur disc
-      const double blur = blur_diameter(shot.camera, depth) / shot.sensor.pixel_pitch;
-      blur_px[static_cast<std::size_t>(begin + lane)] = blur;
-      facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(blur));
-      if (std::abs(blur) > 6.0) facts.blurred_share += 1.0 / grid.count();
+      if (valid[static_cast<std::size_t>(lane)] == 0) continue;
+      for (const float value : colors.get(lane)) part.moments.add(value);
+      measure_blur(packet, lane, begin + lane, part);
     }
   }
-  facts.contrast = moments.deviation();
-  find_edges(grid, blur_px, facts);
+
+  void measure_blur(const RayPacket& packet, int lane, int point, ProbePart& part) {
+    if (!packet.hit(lane) && shot_.scene->scene().background == Rgb{0, 0, 0}) return;
+    const Vec3f d = packet.direction(lane);
+    const double cosine = dot(Vec3{d.x, d.y, d.z}, camera_.pose().forward());
+    const Length depth = packet.hit(lane)
+                             ? Length::si(packet.far[static_cast<std::size_t>(lane)] * cosine)
+                             : kInfinitelyFar;
+    if (!(depth > Length{})) return;  // a surface through the pupil has no blur disc
+    const double blur = blur_diameter(shot_.camera, depth) / shot_.sensor.pixel_pitch;
+    blur_px_[static_cast<std::size_t>(point)] = blur;
+    part.largest_blur_px = std::max(part.largest_blur_px, std::abs(blur));
+    if (std::abs(blur) > kWideBlur) ++part.wide_blurs;
+  }
+
+  const Shot& shot_;
+  PinholeCamera camera_;
+  ProbeGrid grid_;
+  std::vector<double> blur_px_;
+};
+
+// The sum of term(i) for i in [0, count), a row's: in single precision, in lanes, so that loops
+// vectorise.
+template <typename Term>
+double lane_sum(std::size_t count, const Term& term) {
+  constexpr std::size_t kWide = 16;
+  std::array<float, kWide> lanes = {};
+  std::size_t i = 0;
+  for (; i + kWide <= count; i += kWide) {
+    for (std::size_t k = 0; k < kWide; ++k) lanes[k] += term(i + k);
+  }
+  for (std::size_t k = 0; i + k < count; ++k) lanes[k] += term(i + k);
+  double sum = 0.0;
+  for (const float lane : lanes) sum += static_cast<double>(lane);
+  return sum;
+}
+
+float clipped(float value) { return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value); }
+
+// row_sum(y) for every row of [begin, end), added in order: the same whatever the threads.
+template <typename RowSumOf>
+double sum_of_rows(int begin, int end, const RunControl& run, const RowSumOf& row_sum) {
+  std::vector<double> rows(static_cast<std::size_t>(std::max(0, end - begin)));
+  parallel_for(run, static_cast<int>(rows.size()),
+               [&](int i) { rows[static_cast<std::size_t>(i)] = row_sum(begin + i); });
+  double sum = 0.0;
+  for (const double row : rows) sum += row;
+  return sum;
 }
 
 }  // namespace
 
-ShotFacts facts_of(const Shot& shot) {
+ShotFacts facts_of(const Shot& shot, const RunControl& run) {
   ShotFacts facts;
   facts.pixel_count = static_cast<double>(shot.sensor.width) * shot.sensor.height;
   facts.diffraction_q =
@@ -147,34 +224,53 @@ ShotFacts facts_of(const Shot& shot) {
   for (const TextureSource& texture : scene.textures) {
     facts.mip_maps = facts.mip_maps || texture.filter == TextureFilter::mipmap;
   }
-  probe(shot, facts);
+  const EmitterChoice choice =
+      emitter_choice(*shot.scene, camera_of(shot.camera, shot.sensor), exposure_of(shot.camera));
+  facts.emitters_found = static_cast<int>(choice.found);
+  facts.emitters_splatted = static_cast<int>(choice.emitters.size());
+  Probe(shot).run(facts, run);
   return facts;
 }
 
-double contrast_of(const Image& image) {
-  Moments moments;
-  for (const float value : image.pixels()) moments.add(value);
-  return moments.deviation();
+double contrast_of(const Image& image, const RunControl& run) {
+  if (image.empty()) return 0.0;
+  const auto width = static_cast<std::size_t>(image.width() * image.channels());
+  const double count = static_cast<double>(width) * image.height();
+  const double mean =
+      sum_of_rows(0, image.height(), run,
+                  [&](int y) {
+                    const float* row = image.at(0, y);
+                    return lane_sum(width, [&](std::size_t i) { return clipped(row[i]); });
+                  }) /
+      count;
+  const auto centre = static_cast<float>(mean);
+  const double square = sum_of_rows(0, image.height(), run, [&](int y) {
+    const float* row = image.at(0, y);
+    return lane_sum(width, [&](std::size_t i) {
+      const float off = clipped(row[i]) - centre;
+      return off * off;
+    });
+  });
+  return std::sqrt(square / count);
 }
 
-double curvature_of(const Image& image) {
+double curvature_of(const Image& image, const RunControl& run) {
   if (image.width() < 3 || image.height() < 3) return 0.0;
-  double sum = 0.0;
-  const auto value = [&](int x, int y, int c) {
-    return std::clamp(static_cast<double>(image.at(x, y)[c]), 0.0, 1.0);
-  };
-  for (int y = 1; y + 1 < image.height(); ++y) {
-    for (int x = 1; x + 1 < image.width(); ++x) {
-      for (int c = 0; c < image.channels(); ++c) {
-        const double laplacian = value(x - 1, y, c) + value(x + 1, y, c) + value(x, y - 1, c) +
-                                 value(x, y + 1, c) - 4.0 * value(x, y, c);
-        sum += laplacian * laplacian;
-      }
-    }
-  }
-  const double count =
-      static_cast<double>(image.width() - 2) * (image.height() - 2) * image.channels();
-  return std::sqrt(sum / count);
+  const auto channels = static_cast<std::size_t>(image.channels());
+  const std::size_t inner = channels * static_cast<std::size_t>(image.width() - 2);
+  const double sum = sum_of_rows(1, image.height() - 1, run, [&](int y) {
+    const float* left = image.at(0, y);
+    const float* middle = image.at(1, y);
+    const float* right = image.at(2, y);
+    const float* above = image.at(1, y - 1);
+    const float* below = image.at(1, y + 1);
+    return lane_sum(inner, [&](std::size_t i) {
+      const float laplacian = clipped(left[i]) + clipped(right[i]) + clipped(above[i]) +
+                              clipped(below[i]) - 4.0F * clipped(middle[i]);
+      return laplacian * laplacian;
+    });
+  });
+  return std::sqrt(sum / (static_cast<double>(inner) * (image.height() - 2)));
 }
 
 }  // namespace fstop

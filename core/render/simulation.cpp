@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/render/gather.h"
 #include "core/render/layers.h"
 #include "core/render/lens_sampling.h"
 #include "core/render/pinhole_trace.h"
@@ -32,7 +33,8 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
           .sensor = sensor_of(spec.camera, spec.width, spec.height),
           .quality = spec.quality,
           .effects = spec.effects,
-          .seed = spec.seed};
+          .seed = spec.seed,
+          .wants_variance = std::ranges::count(spec.outputs, Output::variance) > 0};
 }
 
 // The picture that a perfect lens with everything in focus would give, from as many samples.
@@ -59,6 +61,12 @@ std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
   return layers;
 }
 
+// RMSE of what the outcome's noise does not hold already.
+double uncertified_rmse(std::vector<EffectLoss> effects, double contrast) {
+  std::erase_if(effects, [](const EffectLoss& effect) { return effect.certified; });
+  return loss_rmse(effects, contrast);
+}
+
 // The finished image's error: noise and what was left out add in squares, since noise is as
 // often too bright as too dark.
 ImageError error_of(const RenderOutcome& outcome, double bias, double target) {
@@ -77,8 +85,10 @@ std::span<const RenderMethod* const> render_methods() {
   static const LensReconstruction lens_reconstruction;
   static const LensSampling lens_sampling;
   static const Wave wave;
-  static const std::array<const RenderMethod*, 4> methods = {&pinhole, &lens_reconstruction,
-                                                             &lens_sampling, &wave};
+  static const BokehSplatting bokeh_splatting;
+  static const Gather gather;
+  static const std::array<const RenderMethod*, 6> methods = {
+      &pinhole, &lens_reconstruction, &bokeh_splatting, &gather, &lens_sampling, &wave};
   return methods;
 }
 
@@ -90,7 +100,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                 "needs shutter_s of at most 64 s where objects move, or effects.motion off");
   }
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
-  const ShotFacts facts = facts_of(shot);
+  const ShotFacts facts = facts_of(shot, run);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
   const double expected_detail =
@@ -105,13 +115,13 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
 
   // The finished image knows its own contrast and detail better than the probe did.
   RenderReport& report = photograph.report;
-  const double contrast = contrast_of(photograph.color);
+  const double contrast = contrast_of(photograph.color, run);
   report.model = model_of(shot, facts, plan, contrast);
-  double bias = loss_rmse(plan.quote.error.effects, contrast);
+  double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += facts.branch_error;
   if (facts.mip_maps) {
     const double detail =
-        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error));
+        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error), run);
     report.model.push_back({.effect = "texture detail",
                             .modelled = false,
                             .bound = detail,
@@ -125,6 +135,30 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
          .bound = outcome.shared->bias,
          .why = "within windows of up to " + std::to_string(outcome.shared->widest_window) +
                 " px where all is out of focus; measured, part of the estimate"});
+  }
+  if (facts.emitters_found > 0) {
+    const bool splatted = outcome.splatted_points > 0.0;
+    report.model.push_back(
+        {.effect = "small bright emitters",
+         .modelled = true,
+         .bound = 0.0,
+         .why =
+             std::to_string(facts.emitters_found) + " in the scene, " +
+             (splatted
+                  ? std::to_string(facts.emitters_splatted) + " traced through the pupil by " +
+                        std::to_string(static_cast<long long>(outcome.splatted_points)) + " points"
+                  : std::string("left to samples"))});
+  }
+  // Of all rays none may have met a thing: at 95 % its share of them is below 3/n (rule of three),
+  // and pixels of at most 1 change by no more in the mean, so by sqrt(3/n) in the root of squares.
+  const double rays = std::max(1.0, static_cast<double>(outcome.rays));
+  report.model.push_back({.effect = "what no sample saw",
+                          .modelled = false,
+                          .bound = std::sqrt(3.0 / rays),
+                          .why = "its share of ray space is below 3 in " +
+                                 std::to_string(outcome.rays) + " at 95 %; beside the estimate"});
+  if (const auto map = photograph.layers.find(Output::variance); map != photograph.layers.end()) {
+    for (float& square : map->second.pixels()) square += static_cast<float>(bias * bias);
   }
   report.method = plan.method->name();
   report.passed_over = std::move(plan.passed_over);

@@ -84,7 +84,8 @@ struct RenderReport {
 
 /// The finished picture: colour (3 channels, linear) and the layers that were asked for:
 /// depth (1: metres along the axis, infinity for background), coc (1: signed px), all_in_focus
-/// (3), variance (3: of the mean), normal (3: world, unit, 0 for background).
+/// (3), variance (3: expected square of the error by tiles of 16 x 16 pixels), normal (3: world,
+/// unit, 0 for background).
 struct Photograph {
   Image color = {};
   std::map<Output, Image> layers = {};

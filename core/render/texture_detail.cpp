@@ -11,8 +11,8 @@ double texture_lookup_width(double max_error) {
   return 0.125 * std::sqrt(std::min(1.0, max_error / 0.01));
 }
 
-double texture_detail_rmse(const Image& image, double width) {
-  return 0.5 * (width * width / 4.0) * curvature_of(image);
+double texture_detail_rmse(const Image& image, double width, const RunControl& run) {
+  return 0.5 * (width * width / 4.0) * curvature_of(image, run);
 }
 
 }  // namespace fstop

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/film/image.h"
+#include "core/parallel.h"
 
 namespace fstop {
 
@@ -19,6 +20,6 @@ inline constexpr double kTextureDetailShare = 0.1;
 ///
 /// sigma^2 is the variance per axis of a mip level's box (1/12) and its bilinear tent (1/6).
 /// Noise in the image raises it: an upper estimate.
-double texture_detail_rmse(const Image& image, double width);
+double texture_detail_rmse(const Image& image, double width, const RunControl& run = {});
 
 }  // namespace fstop

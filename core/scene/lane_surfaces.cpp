@@ -20,20 +20,28 @@ struct alignas(64) SurfaceTable::Corners {
 
 namespace {
 
-// The lanes that hit something.
-struct LaneSet {
-  bool any = false;
-  std::size_t first = 0;
+// One triangle's corners, under all lanes.
+struct OneTriangle {
+  std::array<float, 3> p[3] = {};
+  std::array<float, 3> n[3] = {};
+  std::array<float, 2> uv[3] = {};
 };
 
-FSTOP_KERNEL void interpolate_uv(const RayPacket& packet,
-                                 const std::array<float, kLanes> (&uv)[3][2], LaneSurfaces& s) {
+// Numbers of the corners as lane k has them, for either kind.
+template <typename Lanes>
+FSTOP_KERNEL float at(const Lanes& lanes, std::size_t k) {
+  return lanes[k];
+}
+FSTOP_KERNEL float at(float all, std::size_t) { return all; }
+
+template <typename Corners>
+FSTOP_KERNEL void interpolate_uv(const RayPacket& packet, const Corners& c, LaneSurfaces& s) {
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float b1 = packet.u[k];
     const float b2 = packet.v[k];
     const float b0 = 1.0F - b1 - b2;
-    s.u[k] = b0 * uv[0][0][k] + b1 * uv[1][0][k] + b2 * uv[2][0][k];
-    s.v[k] = b0 * uv[0][1][k] + b1 * uv[1][1][k] + b2 * uv[2][1][k];
+    s.u[k] = b0 * at(c.uv[0][0], k) + b1 * at(c.uv[1][0], k) + b2 * at(c.uv[2][0], k);
+    s.v[k] = b0 * at(c.uv[0][1], k) + b1 * at(c.uv[1][1], k) + b2 * at(c.uv[2][1], k);
   }
 }
 
@@ -42,20 +50,18 @@ FSTOP_KERNEL float largest(float a, float b, float c) {
 }
 
 // Position, normals and error of every lane, as if all were triangles; others are overwritten.
-FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet,
-                                       const std::array<float, kLanes> (&p)[3][3],
-                                       const std::array<float, kLanes> (&n)[3][3],
-                                       LaneSurfaces& s) {
+template <typename Corners>
+FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet, const Corners& c, LaneSurfaces& s) {
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float b1 = packet.u[k];
     const float b2 = packet.v[k];
     const float b0 = 1.0F - b1 - b2;
-    const float e1x = p[1][0][k] - p[0][0][k];
-    const float e1y = p[1][1][k] - p[0][1][k];
-    const float e1z = p[1][2][k] - p[0][2][k];
-    const float e2x = p[2][0][k] - p[0][0][k];
-    const float e2y = p[2][1][k] - p[0][1][k];
-    const float e2z = p[2][2][k] - p[0][2][k];
+    const float e1x = at(c.p[1][0], k) - at(c.p[0][0], k);
+    const float e1y = at(c.p[1][1], k) - at(c.p[0][1], k);
+    const float e1z = at(c.p[1][2], k) - at(c.p[0][2], k);
+    const float e2x = at(c.p[2][0], k) - at(c.p[0][0], k);
+    const float e2y = at(c.p[2][1], k) - at(c.p[0][1], k);
+    const float e2z = at(c.p[2][2], k) - at(c.p[0][2], k);
     float fx = e1y * e2z - e1z * e2y;
     float fy = e1z * e2x - e1x * e2z;
     float fz = e1x * e2y - e1y * e2x;
@@ -64,9 +70,9 @@ FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet,
     fx *= scale;
     fy *= scale;
     fz *= scale;
-    const float nx = b0 * n[0][0][k] + b1 * n[1][0][k] + b2 * n[2][0][k];
-    const float ny = b0 * n[0][1][k] + b1 * n[1][1][k] + b2 * n[2][1][k];
-    const float nz = b0 * n[0][2][k] + b1 * n[1][2][k] + b2 * n[2][2][k];
+    const float nx = b0 * at(c.n[0][0], k) + b1 * at(c.n[1][0], k) + b2 * at(c.n[2][0], k);
+    const float ny = b0 * at(c.n[0][1], k) + b1 * at(c.n[1][1], k) + b2 * at(c.n[2][1], k);
+    const float nz = b0 * at(c.n[0][2], k) + b1 * at(c.n[1][2], k) + b2 * at(c.n[2][2], k);
     const float normal_length = std::sqrt(nx * nx + ny * ny + nz * nz);
     const float along = nx * fx + ny * fy + nz * fz;
     const bool smooth = normal_length > 0.0F;
@@ -81,48 +87,14 @@ FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet,
     s.normal_x[k] = smooth ? turn * nx : side * fx;
     s.normal_y[k] = smooth ? turn * ny : side * fy;
     s.normal_z[k] = smooth ? turn * nz : side * fz;
-    s.x[k] = b0 * p[0][0][k] + b1 * p[1][0][k] + b2 * p[2][0][k] + s.shift_x[k];
-    s.y[k] = b0 * p[0][1][k] + b1 * p[1][1][k] + b2 * p[2][1][k] + s.shift_y[k];
-    s.z[k] = b0 * p[0][2][k] + b1 * p[1][2][k] + b2 * p[2][2][k] + s.shift_z[k];
-    const float reach = std::max(largest(p[0][0][k], p[0][1][k], p[0][2][k]),
-                                 std::max(largest(p[1][0][k], p[1][1][k], p[1][2][k]),
-                                          largest(p[2][0][k], p[2][1][k], p[2][2][k])));
+    s.x[k] = b0 * at(c.p[0][0], k) + b1 * at(c.p[1][0], k) + b2 * at(c.p[2][0], k) + s.shift_x[k];
+    s.y[k] = b0 * at(c.p[0][1], k) + b1 * at(c.p[1][1], k) + b2 * at(c.p[2][1], k) + s.shift_y[k];
+    s.z[k] = b0 * at(c.p[0][2], k) + b1 * at(c.p[1][2], k) + b2 * at(c.p[2][2], k) + s.shift_z[k];
+    const float reach =
+        std::max(largest(at(c.p[0][0], k), at(c.p[0][1], k), at(c.p[0][2], k)),
+                 std::max(largest(at(c.p[1][0], k), at(c.p[1][1], k), at(c.p[1][2], k)),
+                          largest(at(c.p[2][0], k), at(c.p[2][1], k), at(c.p[2][2], k))));
     s.error[k] = kHitError * std::max(reach, largest(s.shift_x[k], s.shift_y[k], s.shift_z[k]));
-  }
-}
-
-struct Kernels {
-  void (*uv)(const RayPacket&, const std::array<float, kLanes> (&)[3][2], LaneSurfaces&);
-  void (*geometry)(const RayPacket&, const std::array<float, kLanes> (&)[3][3],
-                   const std::array<float, kLanes> (&)[3][3], LaneSurfaces&);
-};
-
-void uv_narrow(const RayPacket& packet, const std::array<float, kLanes> (&uv)[3][2],
-               LaneSurfaces& s) {
-  interpolate_uv(packet, uv, s);
-}
-FSTOP_AVX512 void uv_wide(const RayPacket& packet, const std::array<float, kLanes> (&uv)[3][2],
-                          LaneSurfaces& s) {
-  interpolate_uv(packet, uv, s);
-}
-void geometry_narrow(const RayPacket& packet, const std::array<float, kLanes> (&p)[3][3],
-                     const std::array<float, kLanes> (&n)[3][3], LaneSurfaces& s) {
-  interpolate_geometry(packet, p, n, s);
-}
-FSTOP_AVX512 void geometry_wide(const RayPacket& packet, const std::array<float, kLanes> (&p)[3][3],
-                                const std::array<float, kLanes> (&n)[3][3], LaneSurfaces& s) {
-  interpolate_geometry(packet, p, n, s);
-}
-
-Kernels kernels() noexcept {
-  if (has_avx512()) return {uv_wide, geometry_wide};
-  return {uv_narrow, geometry_narrow};
-}
-
-template <std::size_t N>
-void spread(std::array<float, kLanes> (&lanes)[3][N], std::size_t from) {
-  for (auto& corner : lanes) {
-    for (auto& axis : corner) axis.fill(axis[from]);
   }
 }
 
@@ -160,8 +132,8 @@ SurfaceTable::SurfaceTable(const Scene& scene,
   }
 }
 
-void SurfaceTable::load(const Row& row, std::uint32_t primitive, bool geometry, std::size_t lane,
-                        Corners& corners) const noexcept {
+FSTOP_KERNEL void SurfaceTable::load(const Row& row, std::uint32_t primitive, bool geometry,
+                                     std::size_t lane, Corners& corners) const noexcept {
   constexpr std::array<float, 3> kNone = {0.0F, 0.0F, 0.0F};
   const auto& t = row.triangles[primitive];
   for (std::size_t c = 0; c < 3; ++c) {
@@ -204,70 +176,120 @@ void SurfaceTable::fill_sphere(const Row& row, const RayPacket& packet, std::siz
   s.error[k] = kHitError * (reach + 8.0F * row.radius + packet.far[k]);
 }
 
-void SurfaceTable::fill(const RayPacket& packet, const LaneMask& valid,
-                        LaneSurfaces& s) const noexcept {
-  // One triangle under all lanes: its corners are loaded once.
-  LaneSet lanes;
-  bool uniform = true;
-  bool all_triangles = true;
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    if (valid[k] == 0 || packet.object[k] == kNoHit) {
-      s.material[k] = -1;
-      all_triangles = false;
-      continue;
-    }
-    if (!lanes.any) lanes.first = k;
-    lanes.any = true;
-    uniform = uniform && packet.object[k] == packet.object[lanes.first] &&
-              packet.primitive[k] == packet.primitive[lanes.first];
-    const Row& row = rows_[packet.object[k]];
-    s.material[k] = row.material;
-    all_triangles = all_triangles && row.positions != nullptr;
+// All lanes that hit lie on one triangle: its corners are loaded once.
+FSTOP_KERNEL void SurfaceTable::fill_triangle(const Row& row, std::uint32_t primitive,
+                                              const RayPacket& packet,
+                                              LaneSurfaces& s) const noexcept {
+  const auto& t = row.triangles[primitive];
+  OneTriangle corners;
+  s.uv_per_metre.fill(row.uv_per_metre[primitive]);
+  if (row.textured && row.uvs != nullptr) {
+    for (std::size_t c = 0; c < 3; ++c) corners.uv[c] = row.uvs[t[c]];
+    interpolate_uv(packet, corners, s);
+  } else if (row.textured) {
+    s.u.fill(0.0F);
+    s.v.fill(0.0F);
   }
-  if (!lanes.any) return;
-  Corners corners;
-  // What lies in memory by chance may be denormal numbers, which are slow.
-  if (!all_triangles) std::memset(&corners, 0, sizeof corners);
+  if (!row.needs_geometry) return;
+  for (std::size_t c = 0; c < 3; ++c) {
+    corners.p[c] = row.positions[t[c]];
+    if (row.normals != nullptr) corners.n[c] = row.normals[t[c]];
+  }
+  interpolate_geometry(packet, corners, s);
+}
+
+// Lanes from `first` on that hit different triangles, or spheres.
+FSTOP_KERNEL void SurfaceTable::fill_lanes(const RayPacket& packet, std::size_t first,
+                                           LaneSurfaces& s) const noexcept {
   bool any_uv = false;
   bool any_geometry = false;
   bool any_sphere = false;
-  for (std::size_t k = lanes.first; k < kLanes; ++k) {
+  Corners corners;
+  for (std::size_t k = first; k < kLanes; ++k) {
+    if (s.material[k] < 0) continue;
+    any_sphere = any_sphere || rows_[packet.object[k]].positions == nullptr;
+  }
+  // What lies in memory by chance may be denormal numbers, which are slow.
+  if (!s.all_hit || any_sphere) std::memset(&corners, 0, sizeof corners);
+  for (std::size_t k = first; k < kLanes; ++k) {
     if (s.material[k] < 0) continue;
     const Row& row = rows_[packet.object[k]];
+    if (row.positions == nullptr) continue;
+    any_uv = any_uv || row.textured;
     any_geometry = any_geometry || row.needs_geometry;
-    if (row.positions == nullptr) {
-      any_sphere = true;
-    } else {
-      any_uv = any_uv || (row.textured && row.uvs != nullptr);
-      load(row, packet.primitive[k], row.needs_geometry, k, corners);
-      s.uv_per_metre[k] = row.uv_per_metre[packet.primitive[k]];
-    }
-    if (uniform) break;
+    load(row, packet.primitive[k], row.needs_geometry, k, corners);
+    s.uv_per_metre[k] = row.uv_per_metre[packet.primitive[k]];
   }
-  if (uniform && !any_sphere) {
-    if (any_uv) spread(corners.uv, lanes.first);
-    if (any_geometry) spread(corners.p, lanes.first);
-    if (any_geometry) spread(corners.n, lanes.first);
-    s.uv_per_metre.fill(s.uv_per_metre[lanes.first]);
+  if (any_uv) interpolate_uv(packet, corners, s);
+  if (any_geometry) interpolate_geometry(packet, corners, s);
+  if (!any_sphere) return;
+  for (std::size_t k = first; k < kLanes; ++k) {
+    if (s.material[k] < 0) continue;
+    const Row& row = rows_[packet.object[k]];
+    if (row.positions == nullptr) fill_sphere(row, packet, k, s);
+  }
+}
+
+FSTOP_KERNEL void SurfaceTable::fill_any(const RayPacket& packet, const LaneMask& valid,
+                                         LaneSurfaces& s) const noexcept {
+  alignas(64) LaneMask hit;
+  std::int32_t some = 0;
+  std::int32_t every = -1;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    hit[k] = packet.object[k] != kNoHit ? valid[k] : 0;
+    some |= hit[k];
+    every &= hit[k];
+  }
+  s.all_hit = every != 0;
+  s.only_material = -1;
+  if (some == 0) return s.material.fill(-1);
+  std::size_t first = 0;
+  while (hit[first] == 0) ++first;
+  const std::uint32_t object = packet.object[first];
+  const std::uint32_t primitive = packet.primitive[first];
+  std::uint32_t other_object = 0;
+  std::uint32_t other_primitive = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const auto mask = static_cast<std::uint32_t>(hit[k]);
+    other_object |= mask & (packet.object[k] ^ object);
+    other_primitive |= mask & (packet.primitive[k] ^ primitive);
+  }
+  const Row& row = rows_[object];
+  if (other_object == 0) {
+    s.only_material = row.material;
+    for (std::size_t k = 0; k < kLanes; ++k) s.material[k] = hit[k] != 0 ? row.material : -1;
+  } else {
+    bool one = true;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      s.material[k] = hit[k] != 0 ? rows_[packet.object[k]].material : -1;
+      one = one && (hit[k] == 0 || s.material[k] == row.material);
+    }
+    if (one) s.only_material = row.material;
   }
   if (moves_) {
     for (std::size_t k = 0; k < kLanes; ++k) {
-      if (s.material[k] < 0) continue;
+      if (hit[k] == 0) continue;
       const Vec3f shift = rows_[packet.object[k]].velocity * packet.time[k];
       s.shift_x[k] = shift.x;
       s.shift_y[k] = shift.y;
       s.shift_z[k] = shift.z;
     }
   }
-  const Kernels run = kernels();
-  if (any_uv) run.uv(packet, corners.uv, s);
-  if (any_geometry) run.geometry(packet, corners.p, corners.n, s);
-  if (!any_sphere) return;
-  for (std::size_t k = lanes.first; k < kLanes; ++k) {
-    if (s.material[k] < 0) continue;
-    const Row& row = rows_[packet.object[k]];
-    if (row.positions == nullptr) fill_sphere(row, packet, k, s);
+  if ((other_object | other_primitive) == 0 && row.positions != nullptr) {
+    return fill_triangle(row, primitive, packet, s);
   }
+  fill_lanes(packet, first, s);
+}
+
+FSTOP_AVX512 void SurfaceTable::fill_wide(const RayPacket& packet, const LaneMask& valid,
+                                          LaneSurfaces& surfaces) const noexcept {
+  fill_any(packet, valid, surfaces);
+}
+
+void SurfaceTable::fill(const RayPacket& packet, const LaneMask& valid,
+                        LaneSurfaces& surfaces) const noexcept {
+  if (has_avx512()) return fill_wide(packet, valid, surfaces);
+  fill_any(packet, valid, surfaces);
 }
 
 }  // namespace fstop

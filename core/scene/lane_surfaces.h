@@ -14,6 +14,8 @@ struct alignas(64) LaneSurfaces {
   using Lanes = std::array<T, kLanes>;
 
   Lanes<std::int32_t> material = {};  // index into Scene::materials; -1: nothing was hit
+  std::int32_t only_material = -1;    // of all lanes that hit; -1: nothing was hit, or several
+  bool all_hit = false;
   // Not initialised: zeros would cost more than the surfaces. Texture coordinates hold where the
   // material has a texture, the rest where it answers to lights, reflects or transmits.
   Lanes<float> u, v, uv_per_metre;
@@ -60,6 +62,14 @@ class SurfaceTable {
   };
   struct Corners;
 
+  void fill_any(const RayPacket& packet, const LaneMask& valid,
+                LaneSurfaces& surfaces) const noexcept;
+  void fill_wide(const RayPacket& packet, const LaneMask& valid,
+                 LaneSurfaces& surfaces) const noexcept;
+  void fill_triangle(const Row& row, std::uint32_t primitive, const RayPacket& packet,
+                     LaneSurfaces& surfaces) const noexcept;
+  void fill_lanes(const RayPacket& packet, std::size_t first,
+                  LaneSurfaces& surfaces) const noexcept;
   void load(const Row& row, std::uint32_t primitive, bool geometry, std::size_t lane,
             Corners& corners) const noexcept;
   void fill_sphere(const Row& row, const RayPacket& packet, std::size_t lane,

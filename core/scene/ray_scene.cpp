@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <string>
@@ -13,6 +14,7 @@
 #include <embree3/rtcore.h>
 
 #include "core/error.h"
+#include "core/scene/half_packets.h"
 
 namespace fstop {
 namespace {
@@ -138,7 +140,8 @@ Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
 }  // namespace
 
 struct RayScene::Acceleration {
-  Acceleration() : device(rtcNewDevice(nullptr)) {
+  // Embree's own configuration may be given by FSTOP_EMBREE: "isa=avx2" on a machine that has more.
+  Acceleration() : device(rtcNewDevice(std::getenv("FSTOP_EMBREE"))) {
     if (device == nullptr) throw Error(ErrorCode::internal, "Embree has no device");
     rtcSetDeviceErrorFunction(device, &Acceleration::on_error, this);
     rtcSetDeviceMemoryMonitorFunction(device, &Acceleration::on_memory, this);
@@ -146,6 +149,7 @@ struct RayScene::Acceleration {
     // Watertight along shared edges: no light leaks between a mesh's triangles.
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     has_packets = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
+    has_halves = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
   }
   ~Acceleration() {
     rtcReleaseScene(scene);
@@ -170,7 +174,8 @@ struct RayScene::Acceleration {
 
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  bool has_packets = false;
+  bool has_packets = false;  // of kLanes
+  bool has_halves = false;   // of kLanes / 2
   bool out_of_memory = false;
   std::string message;
   std::atomic<std::ptrdiff_t> bytes = 0;
@@ -338,6 +343,10 @@ void RayScene::intersect(RayPacket& packet, const LaneMask& valid,
     name_objects(packet);
     return;
   }
+  if (acceleration_->has_halves) {
+    intersect_halves(acceleration_->scene, context, valid, packet);
+    return name_objects(packet);
+  }
   auto* all = reinterpret_cast<RTCRayHitN*>(rays);
   for (unsigned i = 0; i < kLanes; ++i) {
     if (valid[i] == 0) continue;
@@ -364,6 +373,9 @@ void RayScene::occlude(RayPacket& packet, const LaneMask& valid,
   if (acceleration_->has_packets) {
     rtcOccluded16(valid.data(), acceleration_->scene, &context, rays);
     return;
+  }
+  if (acceleration_->has_halves) {
+    return occlude_halves(acceleration_->scene, context, valid, packet);
   }
   for (unsigned i = 0; i < kLanes; ++i) {
     if (valid[i] == 0) continue;

@@ -1,7 +1,9 @@
 #include "core/scene/texture.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "core/error.h"
 #include "core/fast_math.h"
@@ -15,6 +17,14 @@ struct Overlap {
   int first = 0;
   std::array<float, 3> weight = {};
 };
+
+// Texels from row to row: one more than the image has, and then as many as make the rows an odd
+// number of cache lines of four texels, so that the rows of a lookup's neighbourhood do not
+// compete for the same lines of the cache.
+int stride_of(int width) {
+  const int lines = (width + 1 + 3) / 4;
+  return width < 64 ? width + 1 : 4 * (lines | 1);
+}
 
 Overlap overlap_of(int coarse, int coarse_size, int fine_size) {
   const double scale = static_cast<double>(fine_size) / coarse_size;
@@ -42,16 +52,21 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   if (image.empty() || image.channels() != 3) {
     throw Error(ErrorCode::bad_image, "texture " + source.name + " has no RGB pixels");
   }
-  levels_.push_back({image.width(), image.height(), 0});
-  texels_.reserve(static_cast<std::size_t>(image.width()) *
-                      static_cast<std::size_t>(image.height()) * 4 / 3 +
-                  16);
+  texels_.reserve(static_cast<std::size_t>(image.width() + 1) *
+                      static_cast<std::size_t>(image.height() + 1) * 4 / 3 +
+                  64);
+  levels_.push_back({image.width(), image.height(), stride_of(image.width()), 0});
+  const Level full = levels_.back();
+  texels_.resize(static_cast<std::size_t>(full.stride) *
+                 (static_cast<std::size_t>(full.height) + 1));
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       const float* p = image.at(x, y);
-      texels_.push_back(Texel{p[0], p[1], p[2], 0.0F});
+      texel(full, static_cast<std::size_t>(x), static_cast<std::size_t>(y)) =
+          Texel{p[0], p[1], p[2], 0.0F};
     }
   }
+  add_border(full);
   texels_per_uv_ =
       std::sqrt(static_cast<float>(image.width()) * static_cast<float>(image.height()));
   if (filter_ != TextureFilter::mipmap) return;
@@ -60,28 +75,40 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
 
 void Texture::add_level(const Level& finer_level) {
   const Level finer = finer_level;
-  const Level coarser{std::max(1, finer.width / 2), std::max(1, finer.height / 2), texels_.size()};
+  const int width = std::max(1, finer.width / 2);
+  const Level coarser{width, std::max(1, finer.height / 2), stride_of(width), texels_.size()};
+  texels_.resize(coarser.first + static_cast<std::size_t>(coarser.stride) *
+                                     (static_cast<std::size_t>(coarser.height) + 1));
   for (int y = 0; y < coarser.height; ++y) {
     const Overlap rows = overlap_of(y, coarser.height, finer.height);
     for (int x = 0; x < coarser.width; ++x) {
       const Overlap columns = overlap_of(x, coarser.width, finer.width);
       Texel sum = {};
-      for (int j = 0; j < 3; ++j) {
-        for (int i = 0; i < 3; ++i) {
-          const float weight = rows.weight[static_cast<std::size_t>(j)] *
-                               columns.weight[static_cast<std::size_t>(i)];
+      for (std::size_t j = 0; j < 3; ++j) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          const float weight = rows.weight[j] * columns.weight[i];
           if (weight == 0.0F) continue;
-          const std::size_t row = static_cast<std::size_t>(rows.first + j);
-          const std::size_t column = static_cast<std::size_t>(columns.first + i);
-          const Texel& texel =
-              texels_[finer.first + row * static_cast<std::size_t>(finer.width) + column];
-          sum += weight * texel;
+          sum += weight * texel(finer, static_cast<std::size_t>(columns.first) + i,
+                                static_cast<std::size_t>(rows.first) + j);
         }
       }
-      texels_.push_back(sum);
+      texel(coarser, static_cast<std::size_t>(x), static_cast<std::size_t>(y)) = sum;
     }
   }
+  add_border(coarser);
   levels_.push_back(coarser);
+}
+
+void Texture::add_border(const Level& level) {
+  const auto width = static_cast<std::size_t>(level.width);
+  const auto height = static_cast<std::size_t>(level.height);
+  const bool repeats = wrap_ == TextureWrap::repeat;
+  for (std::size_t y = 0; y < height; ++y) {
+    texel(level, width, y) = texel(level, repeats ? 0 : width - 1, y);
+  }
+  for (std::size_t x = 0; x <= width; ++x) {
+    texel(level, x, height) = texel(level, x, repeats ? 0 : height - 1);
+  }
 }
 
 int Texture::wrapped(int i, int size) const noexcept {
@@ -104,80 +131,61 @@ float within_period(float x, TextureWrap wrap) {
 
 }  // namespace
 
-Texture::Texel Texture::bilinear(const Level& level, float u, float v) const noexcept {
-  const float x = u * static_cast<float>(level.width) - 0.5F;
-  const float y = (1.0F - v) * static_cast<float>(level.height) - 0.5F;
-  const float fx = std::floor(x);
-  const float fy = std::floor(y);
-  const float ax = x - fx;
-  const float ay = y - fy;
-  const int x0 = wrapped(static_cast<int>(fx), level.width);
-  const int x1 = wrapped(static_cast<int>(fx) + 1, level.width);
-  const int y0 = wrapped(static_cast<int>(fy), level.height);
-  const int y1 = wrapped(static_cast<int>(fy) + 1, level.height);
-  const Texel* upper =
-      &texels_[level.first + static_cast<std::size_t>(y0) * static_cast<std::size_t>(level.width)];
-  const Texel* lower =
-      &texels_[level.first + static_cast<std::size_t>(y1) * static_cast<std::size_t>(level.width)];
-  const Texel top = upper[x0] + ax * (upper[x1] - upper[x0]);
-  const Texel bottom = lower[x0] + ax * (lower[x1] - lower[x0]);
-  return top + ay * (bottom - top);
-}
-
-Texture::Texel Texture::nearest(float u, float v) const noexcept {
-  const Level& level = levels_.front();
-  const int x =
-      wrapped(static_cast<int>(std::floor(u * static_cast<float>(level.width))), level.width);
-  const int y = wrapped(static_cast<int>(std::floor((1.0F - v) * static_cast<float>(level.height))),
-                        level.height);
-  return texels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
-                 static_cast<std::size_t>(x)];
-}
-
-// Where a packet's lookups in one level find their four texels, and how they mix.
-struct alignas(64) Texture::Taps {
-  std::array<std::int32_t, kLanes> upper_left = {}, upper_right = {}, lower_left = {},
-                                   lower_right = {};
-  std::array<float, kLanes> across = {}, down = {};
-};
-
 namespace {
 
-FSTOP_KERNEL std::int32_t inside(std::int32_t i, std::int32_t size, bool repeats) {
-  const std::int32_t clamped = i < 0 ? 0 : (i >= size ? size - 1 : i);
-  const std::int32_t turned = i < 0 ? i + size : (i >= size ? i - size : i);
-  return repeats ? turned : clamped;
+// Where one axis of a lookup starts, 0 to size - 1, and how much of the next texel it takes. `x`
+// in [-1/2, size - 1/2) where the texture repeats.
+FSTOP_KERNEL std::int32_t first_texel(float x, std::int32_t size, bool repeats, float& share) {
+  const float last = static_cast<float>(size - 1);
+  const float clamped = x > 0.0F ? (x < last ? x : last) : 0.0F;
+  const float inside = repeats ? x : clamped;
+  const float whole = std::floor(inside);
+  share = inside - whole;
+  const auto i = static_cast<std::int32_t>(whole);
+  return i < 0 ? i + size : i;
 }
 
-template <typename Taps>
-FSTOP_KERNEL void find_taps(std::int32_t width, std::int32_t height, std::int32_t first,
-                            bool repeats, const std::array<float, kLanes>& u,
+// A texel; with its right neighbour.
+using One [[gnu::vector_size(16)]] = float;
+using Two [[gnu::vector_size(32)]] = float;
+
+// A level of the pyramid: its first texel and its size.
+struct Plane {
+  const One* texels = nullptr;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::int32_t stride = 0;  // texels from row to row
+};
+
+// A packet's lookups in one level: the texel at the upper left of each, and how the four mix.
+struct alignas(64) Taps {
+  // Not initialised: find_taps fills all.
+  std::array<std::int32_t, kLanes> offset;
+  std::array<float, kLanes> across, down;
+};
+
+FSTOP_KERNEL void find_taps(const Plane& plane, bool repeats, const std::array<float, kLanes>& u,
                             const std::array<float, kLanes>& v, Taps& taps) {
+  const std::int32_t width = plane.width;
+  const std::int32_t height = plane.height;
+  const std::int32_t stride = plane.stride;
   const auto w = static_cast<float>(width);
   const auto h = static_cast<float>(height);
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float x = u[k] * w - 0.5F;
     const float y = (1.0F - v[k]) * h - 0.5F;
-    const float fx = std::floor(x);
-    const float fy = std::floor(y);
-    taps.across[k] = x - fx;
-    taps.down[k] = y - fy;
-    const auto ix = static_cast<std::int32_t>(fx);
-    const auto iy = static_cast<std::int32_t>(fy);
-    const std::int32_t left = inside(ix, width, repeats);
-    const std::int32_t right = inside(ix + 1, width, repeats);
-    const std::int32_t top = first + width * inside(iy, height, repeats);
-    const std::int32_t bottom = first + width * inside(iy + 1, height, repeats);
-    taps.upper_left[k] = top + left;
-    taps.upper_right[k] = top + right;
-    taps.lower_left[k] = bottom + left;
-    taps.lower_right[k] = bottom + right;
+    const std::int32_t column = first_texel(x, width, repeats, taps.across[k]);
+    const std::int32_t row = first_texel(y, height, repeats, taps.down[k]);
+    taps.offset[k] = row * stride + column;
   }
 }
 
 // within_period for every lane, and the level of detail, at most `coarsest`.
 struct alignas(64) LaneLookups {
-  std::array<float, kLanes> u = {}, v = {}, lod = {};
+  // Not initialised: prepare fills all.
+  std::array<float, kLanes> u, v, lod;
+  float finest = 0.0F;  // of the valid lanes
+  float softest = 0.0F;
 };
 
 FSTOP_KERNEL float in_period(float x, bool repeats) {
@@ -186,52 +194,69 @@ FSTOP_KERNEL float in_period(float x, bool repeats) {
   return x == x ? (repeats ? turned : clamped) : 0.0F;
 }
 
-FSTOP_KERNEL void prepare(const std::array<float, kLanes>& u, const std::array<float, kLanes>& v,
+FSTOP_KERNEL void prepare(const LaneMask& valid, const std::array<float, kLanes>& u,
+                          const std::array<float, kLanes>& v,
                           const std::array<float, kLanes>& footprint, bool repeats, float coarsest,
                           LaneLookups& lookups) {
+  std::int32_t any_larger = 0;
   for (std::size_t k = 0; k < kLanes; ++k) {
     lookups.u[k] = in_period(u[k], repeats);
     lookups.v[k] = in_period(v[k], repeats);
-    const float lod = fast_log2(footprint[k] > 1.0F ? footprint[k] : 1.0F);
-    lookups.lod[k] = lod < coarsest ? lod : coarsest;
+    // In a loop of its own, as gcc would branch around the logarithm of 1.
+    lookups.lod[k] = footprint[k] > 1.0F ? footprint[k] : 1.0F;
+    any_larger |= footprint[k] > 1.0F ? valid[k] : 0;
   }
-}
-FSTOP_AVX512 void prepare_wide(const std::array<float, kLanes>& u,
-                               const std::array<float, kLanes>& v,
-                               const std::array<float, kLanes>& footprint, bool repeats,
-                               float coarsest, LaneLookups& lookups) {
-  prepare(u, v, footprint, repeats, coarsest, lookups);
+  if (any_larger == 0) return;  // most packets: the full image
+  // Numbers that are not negative are ordered as their bits; whole numbers' extremes vectorise.
+  auto finest = std::bit_cast<std::int32_t>(coarsest);
+  std::int32_t softest = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float exact = fast_log2(lookups.lod[k]);
+    lookups.lod[k] = exact < coarsest ? exact : coarsest;
+  }
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const auto bits = std::bit_cast<std::int32_t>(lookups.lod[k]);
+    finest = std::min(finest, valid[k] != 0 ? bits : 0x7f800000);
+    softest = std::max(softest, valid[k] != 0 ? bits : 0);
+  }
+  lookups.finest = std::bit_cast<float>(finest);
+  lookups.softest = std::bit_cast<float>(softest);
 }
 
-template <typename Taps>
-FSTOP_AVX512 void find_taps_wide(std::int32_t width, std::int32_t height, std::int32_t first,
-                                 bool repeats, const std::array<float, kLanes>& u,
-                                 const std::array<float, kLanes>& v, Taps& taps) {
-  find_taps(width, height, first, repeats, u, v, taps);
+FSTOP_KERNEL One mix(const One* upper_left, std::size_t stride, float across, float down) {
+  Two upper, lower;
+  std::memcpy(&upper, upper_left, sizeof upper);
+  std::memcpy(&lower, upper_left + stride, sizeof lower);
+  const Two rows = upper + down * (lower - upper);
+  const One left = __builtin_shufflevector(rows, rows, 0, 1, 2, 3);
+  const One right = __builtin_shufflevector(rows, rows, 4, 5, 6, 7);
+  return left + across * (right - left);
 }
 
 }  // namespace
 
-Texture::Taps Texture::taps(const Level& level, const std::array<float, kLanes>& u,
-                            const std::array<float, kLanes>& v) const noexcept {
-  Taps result;
+Texture::Texel Texture::bilinear(const Level& level, float u, float v) const noexcept {
   const bool repeats = wrap_ == TextureWrap::repeat;
-  const auto first = static_cast<std::int32_t>(level.first);
-  if (has_avx512()) {
-    find_taps_wide(level.width, level.height, first, repeats, u, v, result);
-  } else {
-    find_taps(level.width, level.height, first, repeats, u, v, result);
-  }
-  return result;
+  float across = 0.0F;
+  float down = 0.0F;
+  const int x =
+      first_texel(u * static_cast<float>(level.width) - 0.5F, level.width, repeats, across);
+  const int y = first_texel((1.0F - v) * static_cast<float>(level.height) - 0.5F, level.height,
+                            repeats, down);
+  return mix(
+      &texels_[level.first + static_cast<std::size_t>(y) * static_cast<std::size_t>(level.stride) +
+               static_cast<std::size_t>(x)],
+      static_cast<std::size_t>(level.stride), across, down);
 }
 
-Texture::Texel Texture::blended(const Taps& taps, std::size_t k) const noexcept {
-  const auto texel = [&](std::int32_t i) { return texels_[static_cast<std::size_t>(i)]; };
-  const Texel upper = texel(taps.upper_left[k]);
-  const Texel lower = texel(taps.lower_left[k]);
-  const Texel top = upper + taps.across[k] * (texel(taps.upper_right[k]) - upper);
-  const Texel bottom = lower + taps.across[k] * (texel(taps.lower_right[k]) - lower);
-  return top + taps.down[k] * (bottom - top);
+Texture::Texel Texture::nearest(float u, float v) const noexcept {
+  const Level& level = levels_.front();
+  const int x =
+      wrapped(static_cast<int>(std::floor(u * static_cast<float>(level.width))), level.width);
+  const int y = wrapped(static_cast<int>(std::floor((1.0F - v) * static_cast<float>(level.height))),
+                        level.height);
+  return texels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.stride) +
+                 static_cast<std::size_t>(x)];
 }
 
 Rgb Texture::sample(float u, float v, float footprint) const noexcept {
@@ -254,49 +279,192 @@ Rgb Texture::sample(float u, float v, float footprint) const noexcept {
   return {texel[0], texel[1], texel[2]};
 }
 
+namespace {
+
+// One or two levels that all lanes read. Where a packet's footprints differ by more than a level,
+// lanes read too sharp rather than too soft.
+struct Planes {
+  Plane fine = {};
+  Plane coarse = {};
+  float base = 0.0F;  // the level of detail of `fine`
+  bool blends = false;
+};
+
+FSTOP_KERNEL float share_of_coarse(float lod, float base) {
+  const float share = lod - base;
+  return share > 0.0F ? (share < 1.0F ? share : 1.0F) : 0.0F;
+}
+
+// Four lanes' texels to four lanes of each channel.
+FSTOP_KERNEL void store_four(const One (&t)[4], float* r, float* g, float* b) {
+  const One rg01 = __builtin_shufflevector(t[0], t[1], 0, 4, 1, 5);
+  const One rg23 = __builtin_shufflevector(t[2], t[3], 0, 4, 1, 5);
+  const One b01 = __builtin_shufflevector(t[0], t[1], 2, 6, 3, 7);
+  const One b23 = __builtin_shufflevector(t[2], t[3], 2, 6, 3, 7);
+  const One red = __builtin_shufflevector(rg01, rg23, 0, 1, 4, 5);
+  const One green = __builtin_shufflevector(rg01, rg23, 2, 3, 6, 7);
+  const One blue = __builtin_shufflevector(b01, b23, 0, 1, 4, 5);
+  std::memcpy(r, &red, sizeof red);
+  std::memcpy(g, &green, sizeof green);
+  std::memcpy(b, &blue, sizeof blue);
+}
+
+void look_up(const Planes& planes, bool repeats, const LaneLookups& lookups, LaneColors& colors) {
+  Taps fine;
+  Taps coarse;
+  const auto stride = static_cast<std::size_t>(planes.fine.stride);
+  const auto coarse_stride = static_cast<std::size_t>(planes.coarse.stride);
+  find_taps(planes.fine, repeats, lookups.u, lookups.v, fine);
+  if (planes.blends) {
+    find_taps(planes.coarse, repeats, lookups.u, lookups.v, coarse);
+  }
+  for (std::size_t first = 0; first < kLanes; first += 4) {
+    One texels[4];
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t k = first + i;
+      texels[i] = mix(planes.fine.texels + fine.offset[k], stride, fine.across[k], fine.down[k]);
+      if (!planes.blends) continue;
+      const One softer = mix(planes.coarse.texels + coarse.offset[k], coarse_stride,
+                             coarse.across[k], coarse.down[k]);
+      texels[i] += share_of_coarse(lookups.lod[k], planes.base) * (softer - texels[i]);
+    }
+    store_four(texels, &colors.r[first], &colors.g[first], &colors.b[first]);
+  }
+}
+
+// Four lanes in one register: the same operations on every number as look_up.
+using Four [[gnu::vector_size(64)]] = float;
+
+template <typename Vector>
+FSTOP_AVX512 inline Vector load(const void* from) {
+  Vector vector;
+  std::memcpy(&vector, from, sizeof vector);
+  return vector;
+}
+
+// The numbers of four lanes, first to first + 3, each for a lane's four channels; and those of two.
+using Order [[gnu::vector_size(64)]] = std::int32_t;
+FSTOP_AVX512 inline Four of_four(Four lanes, std::int32_t first) {
+  constexpr Order kEach = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+  return __builtin_shuffle(lanes, kEach + first);
+}
+FSTOP_AVX512 inline Four of_two(Four lanes, std::int32_t first) {
+  constexpr Order kEach = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+  return __builtin_shuffle(lanes, kEach + first);
+}
+
+FSTOP_AVX512 inline Four two_rows(const One* texels, std::int32_t i, std::int32_t j) {
+  return __builtin_shufflevector(load<Two>(texels + i), load<Two>(texels + j), 0, 1, 2, 3, 4, 5, 6,
+                                 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+
+// Lanes first to first + 3.
+FSTOP_AVX512 inline Four mix_four(const One* texels, std::size_t stride, const Taps& taps,
+                                  std::int32_t first) {
+  const std::int32_t* at = &taps.offset[static_cast<std::size_t>(first)];
+  const Four down = load<Four>(taps.down.data());
+  const Four across = load<Four>(taps.across.data());
+  const Four upper01 = two_rows(texels, at[0], at[1]);
+  const Four lower01 = two_rows(texels + stride, at[0], at[1]);
+  const Four upper23 = two_rows(texels, at[2], at[3]);
+  const Four lower23 = two_rows(texels + stride, at[2], at[3]);
+  const Four rows01 = upper01 + of_two(down, first) * (lower01 - upper01);
+  const Four rows23 = upper23 + of_two(down, first + 2) * (lower23 - upper23);
+  const Four left = __builtin_shufflevector(rows01, rows23, 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18,
+                                            19, 24, 25, 26, 27);
+  const Four right = __builtin_shufflevector(rows01, rows23, 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22,
+                                             23, 28, 29, 30, 31);
+  return left + of_four(across, first) * (right - left);
+}
+
+// Sixteen lanes' texels, four a register, to the three channels.
+FSTOP_AVX512 inline void store_all(const Four (&t)[4], LaneColors& colors) {
+  const Four rg01 =
+      __builtin_shufflevector(t[0], t[1], 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+  const Four rg23 =
+      __builtin_shufflevector(t[2], t[3], 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+  const Four b01 = __builtin_shufflevector(t[0], t[1], 2, 6, 10, 14, 18, 22, 26, 30, 2, 6, 10, 14,
+                                           18, 22, 26, 30);
+  const Four b23 = __builtin_shufflevector(t[2], t[3], 2, 6, 10, 14, 18, 22, 26, 30, 2, 6, 10, 14,
+                                           18, 22, 26, 30);
+  const Four red =
+      __builtin_shufflevector(rg01, rg23, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+  const Four green = __builtin_shufflevector(rg01, rg23, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26,
+                                             27, 28, 29, 30, 31);
+  const Four blue =
+      __builtin_shufflevector(b01, b23, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+  std::memcpy(colors.r.data(), &red, sizeof red);
+  std::memcpy(colors.g.data(), &green, sizeof green);
+  std::memcpy(colors.b.data(), &blue, sizeof blue);
+}
+
+FSTOP_AVX512 void look_up_wide(const Planes& planes, bool repeats, const LaneLookups& lookups,
+                               LaneColors& colors) {
+  const auto stride = static_cast<std::size_t>(planes.fine.stride);
+  Taps taps;
+  Four texels[4];
+  find_taps(planes.fine, repeats, lookups.u, lookups.v, taps);
+  for (std::int32_t i = 0; i < 4; ++i) {
+    texels[i] = mix_four(planes.fine.texels, stride, taps, 4 * i);
+  }
+  if (planes.blends) {
+    const auto coarse_stride = static_cast<std::size_t>(planes.coarse.stride);
+    alignas(64) std::array<float, kLanes> share;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      share[k] = share_of_coarse(lookups.lod[k], planes.base);
+    }
+    find_taps(planes.coarse, repeats, lookups.u, lookups.v, taps);
+    for (std::int32_t i = 0; i < 4; ++i) {
+      const Four softer = mix_four(planes.coarse.texels, coarse_stride, taps, 4 * i);
+      texels[i] += of_four(load<Four>(share.data()), 4 * i) * (softer - texels[i]);
+    }
+  }
+  store_all(texels, colors);
+}
+
+}  // namespace
+
+template <bool kWide>
+FSTOP_KERNEL void Texture::sample_lanes(const LaneMask& valid, const std::array<float, kLanes>& u,
+                                        const std::array<float, kLanes>& v,
+                                        const std::array<float, kLanes>& footprint,
+                                        LaneColors& colors) const noexcept {
+  LaneLookups lookups;
+  const bool repeats = wrap_ == TextureWrap::repeat;
+  prepare(valid, u, v, footprint, repeats, static_cast<float>(levels_.size() - 1), lookups);
+  const auto finest = static_cast<std::size_t>(lookups.finest);
+  const auto plane = [&](std::size_t i) {
+    const Level& level = levels_[i];
+    return Plane{&texels_[level.first], level.width, level.height, level.stride};
+  };
+  Planes planes{.fine = plane(finest), .base = static_cast<float>(finest)};
+  planes.blends = lookups.softest > planes.base;
+  if (planes.blends) planes.coarse = plane(finest + 1);
+  if constexpr (kWide) {
+    look_up_wide(planes, repeats, lookups, colors);
+  } else {
+    look_up(planes, repeats, lookups, colors);
+  }
+}
+
+FSTOP_AVX512 void Texture::sample_wide(const LaneMask& valid, const std::array<float, kLanes>& u,
+                                       const std::array<float, kLanes>& v,
+                                       const std::array<float, kLanes>& footprint,
+                                       LaneColors& colors) const noexcept {
+  sample_lanes<true>(valid, u, v, footprint, colors);
+}
+
 void Texture::sample(const LaneMask& valid, const std::array<float, kLanes>& u,
                      const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
                      LaneColors& colors) const noexcept {
-  LaneLookups lookups;
-  const bool repeats = wrap_ == TextureWrap::repeat;
-  const auto coarsest = static_cast<float>(levels_.size() - 1);
-  if (has_avx512()) {
-    prepare_wide(u, v, footprint, repeats, coarsest, lookups);
-  } else {
-    prepare(u, v, footprint, repeats, coarsest, lookups);
-  }
-  // All lanes read one pair of levels, the finest that any needs: where a packet's footprints
-  // differ by more than a level, lanes read too sharp rather than too soft.
-  float finest = coarsest;
-  float softest = 0.0F;
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    const float lod = lookups.lod[k];
-    finest = valid[k] != 0 && lod < finest ? lod : finest;
-    softest = valid[k] != 0 && lod > softest ? lod : softest;
-  }
   if (filter_ == TextureFilter::nearest) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] != 0) colors.set(static_cast<int>(k), sample(u[k], v[k], footprint[k]));
     }
     return;
   }
-  const auto level = static_cast<std::size_t>(finest);
-  const auto base = static_cast<float>(level);
-  const Taps fine = taps(levels_[level], lookups.u, lookups.v);
-  alignas(64) std::array<Texel, kLanes> texels;
-  for (std::size_t k = 0; k < kLanes; ++k) texels[k] = blended(fine, k);
-  if (softest > base) {
-    const Taps coarse = taps(levels_[level + 1], lookups.u, lookups.v);
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const float blend = std::clamp(lookups.lod[k] - base, 0.0F, 1.0F);
-      texels[k] += blend * (blended(coarse, k) - texels[k]);
-    }
-  }
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    colors.r[k] = texels[k][0];
-    colors.g[k] = texels[k][1];
-    colors.b[k] = texels[k][2];
-  }
+  if (has_avx512()) return sample_wide(valid, u, v, footprint, colors);
+  sample_lanes<false>(valid, u, v, footprint, colors);
 }
 
 }  // namespace fstop

@@ -33,21 +33,31 @@ class Texture {
   std::size_t memory_bytes() const noexcept { return texels_.size() * sizeof(Texel); }
 
  private:
+  // Rows and columns hold one texel more than the image, the next one of a lookup across the
+  // border: the four texels of a lookup are two pairs of neighbours in memory.
   struct Level {
     int width = 0;
     int height = 0;
+    int stride = 0;         // texels from row to row
     std::size_t first = 0;  // index of its first texel
   };
   // Four floats in one register: the lookups of one texel's channels are one instruction.
   using Texel [[gnu::vector_size(16)]] = float;
-  struct Taps;
 
-  Taps taps(const Level& level, const std::array<float, kLanes>& u,
-            const std::array<float, kLanes>& v) const noexcept;
-  Texel blended(const Taps& taps, std::size_t lane) const noexcept;
+  template <bool kWide>
+  void sample_lanes(const LaneMask& valid, const std::array<float, kLanes>& u,
+                    const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
+                    LaneColors& colors) const noexcept;
+  void sample_wide(const LaneMask& valid, const std::array<float, kLanes>& u,
+                   const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
+                   LaneColors& colors) const noexcept;
   Texel bilinear(const Level& level, float u, float v) const noexcept;
   Texel nearest(float u, float v) const noexcept;
   void add_level(const Level& finer);
+  void add_border(const Level& level);
+  Texel& texel(const Level& level, std::size_t x, std::size_t y) noexcept {
+    return texels_[level.first + y * static_cast<std::size_t>(level.stride) + x];
+  }
   int wrapped(int i, int size) const noexcept;
 
   TextureFilter filter_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -238,9 +239,75 @@ TEST(Texture, OtherFiltersReadTheFullImageWhateverTheFootprint) {
 
 TEST(Texture, TellsItsSize) {
   EXPECT_FLOAT_EQ(Texture(source_of(16, 4, TextureFilter::mipmap)).texels_per_uv(), 8.0F);
-  EXPECT_EQ(Texture(source_of(16, 4, TextureFilter::bilinear)).memory_bytes(), 16U * 4 * 16);
-  // 64 + 16 + 4 + 2 + 1 texels of four floats.
-  EXPECT_EQ(Texture(source_of(16, 4, TextureFilter::mipmap)).memory_bytes(), 87U * 16);
+  // Levels of 16 x 4, 8 x 2, 4 x 1, 2 x 1 and 1 x 1 texels of four floats, each with one column and
+  // one row more.
+  EXPECT_EQ(Texture(source_of(16, 4, TextureFilter::bilinear)).memory_bytes(), 17U * 5 * 16);
+  EXPECT_EQ(Texture(source_of(16, 4, TextureFilter::mipmap)).memory_bytes(),
+            (17U * 5 + 9 * 3 + 5 * 2 + 3 * 2 + 2 * 2) * 16);
+}
+
+// A packet's lookups are those of its lanes, one by one, where all lanes are of one footprint.
+TEST(Texture, PacketsReadWhatSingleLookupsRead) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> anywhere(-2.5F, 3.5F);
+  LaneMask valid;
+  valid.fill(-1);
+  for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
+    for (const auto& [width, height] : {std::pair{70, 33}, std::pair{5, 1}, std::pair{1, 1}}) {
+      const Texture texture(source_of(width, height, TextureFilter::mipmap, wrap));
+      for (const float size : {0.3F, 1.0F, 1.7F, 2.0F, 5.3F, 40.0F, kInfinity}) {
+        LaneFloats u, v, footprint;
+        footprint.fill(size);
+        for (float& x : u) x = anywhere(random);
+        for (float& x : v) x = anywhere(random);
+        LaneColors colors;
+        texture.sample(valid, u, v, footprint, colors);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+          EXPECT_EQ(colors.get(static_cast<int>(k)), texture.sample(u[k], v[k], size))
+              << width << " x " << height << ", " << u[k] << ", " << v[k] << ", " << size;
+        }
+      }
+    }
+  }
+}
+
+// A packet's lanes share a pair of levels, so its footprints lie within one. The rest rounds as
+// single lookups do; values lie in [0,1].
+TEST(Texture, PacketsAgreeWithSingleLookups) {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<float> coordinate(-3.0F, 4.0F);
+  std::uniform_real_distribution<float> share(0.01F, 0.99F);
+  for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear,
+                                     TextureFilter::mipmap, TextureFilter::brute_force}) {
+    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
+      for (const auto& [width, height] : kSizes) {
+        const Texture texture(source_of(width, height, filter, wrap));
+        for (int i = 0; i < 40; ++i) {
+          alignas(64) LaneMask valid = {};
+          std::array<float, kLanes> u = {}, v = {}, footprint = {};
+          const auto level = static_cast<float>(i % 7) - 2.0F;
+          for (std::size_t k = 0; k < kLanes; ++k) {
+            valid[k] = i % 2 == 0 || random() % 3 != 0 ? -1 : 0;
+            u[k] = coordinate(random);
+            v[k] = coordinate(random);
+            footprint[k] = std::exp2(level + share(random));
+          }
+          LaneColors colors;
+          texture.sample(valid, u, v, footprint, colors);
+          for (std::size_t k = 0; k < kLanes; ++k) {
+            if (valid[k] == 0) continue;
+            const Rgb one = texture.sample(u[k], v[k], footprint[k]);
+            const Rgb lane = colors.get(static_cast<int>(k));
+            for (std::size_t c = 0; c < 3; ++c) {
+              ASSERT_NEAR(lane[c], one[c], 2 * kTolerance)
+                  << width << " x " << height << " at " << u[k] << ", " << v[k] << ", footprint "
+                  << footprint[k] << ", filter " << static_cast<int>(filter);
+            }
+          }
+        }
+      }
+    }
+  }
 }
 
 ErrorCode refusal(const TextureSource& source) {

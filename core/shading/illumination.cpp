@@ -5,6 +5,7 @@
 #include "core/shading/lane_light.h"
 #include "core/shading/light.h"
 #include "core/shading/material.h"
+#include "core/simd.h"
 
 namespace fstop {
 namespace {
@@ -18,6 +19,51 @@ void copy_lanes(const LaneMask& lanes, const LaneColors& from, LaneColors& to) {
 }
 
 bool is_black(const ColorSource& source) { return source.value == Rgb{0, 0, 0}; }
+
+// Colours of one material's sources at a packet's surfaces. Keeps the last lookup: a material's
+// sources often share one texture.
+class MaterialColors {
+ public:
+  // `footprint`: the width in metres that a lookup averages over, lane by lane.
+  MaterialColors(const RayScene& scene, const LaneSurfaces& surfaces, const LaneFloats& footprint)
+      : scene_(scene), surfaces_(surfaces), footprint_(footprint) {}
+
+  // `source` at the surfaces of `lanes`; other lanes of `colors` are unspecified.
+  void at(const ColorSource& source, const LaneMask& lanes, LaneColors& colors) {
+    if (source.texture < 0) {
+      colors.r.fill(source.value[0]);
+      colors.g.fill(source.value[1]);
+      colors.b.fill(source.value[2]);
+      return;
+    }
+    if (source.texture != texture_) look_up(source.texture, lanes);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      colors.r[k] = texels_.r[k] * source.value[0];
+      colors.g[k] = texels_.g[k] * source.value[1];
+      colors.b[k] = texels_.b[k] * source.value[2];
+    }
+  }
+  // The next material has other lanes, so that nothing is kept.
+  void next_material() noexcept { texture_ = -1; }
+
+ private:
+  void look_up(int number, const LaneMask& lanes) {
+    const Texture& texture = scene_.texture(number);
+    const float scale = texture.texels_per_uv();
+    alignas(64) LaneFloats texels;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      texels[k] = footprint_[k] * surfaces_.uv_per_metre[k] * scale;
+    }
+    texture.sample(lanes, surfaces_.u, surfaces_.v, texels, texels_);
+    texture_ = number;
+  }
+
+  const RayScene& scene_;
+  const LaneSurfaces& surfaces_;
+  const LaneFloats& footprint_;
+  int texture_ = -1;
+  LaneColors texels_;
+};
 
 // What a packet's surfaces are made of, by material: their own light, and how they answer to
 // others'.
@@ -33,21 +79,31 @@ class SurfaceColors {
 
   /// `lit` may be null where there are no lights.
   void find(LaneColors& colors, LitLanes* lit) {
+    if (surfaces_.only_material >= 0) return find_one(surfaces_.only_material, colors, lit);
     alignas(64) LaneMask done = {};
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (done[k] != 0 || surfaces_.material[k] < 0) continue;
-      alignas(64) LaneMask lanes;
+      const std::int32_t number = surfaces_.material[k];
       for (std::size_t i = 0; i < kLanes; ++i) {
-        lanes[i] = surfaces_.material[i] == surfaces_.material[k] ? -1 : 0;
-        done[i] |= lanes[i];
+        done[i] |= surfaces_.material[i] == number ? -1 : 0;
       }
-      add(in_.scene.material(surfaces_.material[k]), lanes, colors, lit);
+      find_one(number, colors, lit);
     }
   }
 
  private:
+  void find_one(std::int32_t number, LaneColors& colors, LitLanes* lit) {
+    alignas(64) LaneMask lanes;
+    for (std::size_t k = 0; k < kLanes; ++k) lanes[k] = surfaces_.material[k] == number ? -1 : 0;
+    add(in_.scene.material(number), lanes, colors, lit);
+  }
+
   void add(const Material& material, const LaneMask& lanes, LaneColors& colors, LitLanes* lit) {
     sources_.next_material();
+    const bool everywhere = surfaces_.all_hit && surfaces_.only_material >= 0;
+    if (everywhere && material.model == ShadingModel::unlit) {
+      return sources_.at(material.emission, lanes, colors);
+    }
     LaneColors color;
     sources_.at(material.emission, lanes, color);
     if (material.model == ShadingModel::unlit) return copy_lanes(lanes, color, colors);
@@ -91,7 +147,7 @@ class SurfaceColors {
   const ShadingInputs& in_;
   const RayPacket& packet_;
   const LaneSurfaces& surfaces_;
-  alignas(64) LaneFloats footprint_ = {};
+  alignas(64) LaneFloats footprint_;
   MaterialColors sources_;
 };
 
@@ -191,11 +247,9 @@ class LightPass {
   LaneValues v_ = {};
 };
 
-}  // namespace
-
-void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
-                   const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
-                   std::uint64_t& rays) noexcept {
+FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
+                            const LaneFloats& path_length, LaneSurfaces& surfaces,
+                            LaneColors& colors, std::uint64_t& rays) {
   const Scene& scene = in.scene.scene();
   in.scene.surfaces(packet, valid, surfaces);
   colors.r.fill(scene.background[0]);
@@ -209,6 +263,23 @@ void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneM
   LightPass pass(in, packet, surfaces, lit);
   std::uint32_t number = 0;
   for (const Light& light : scene.lights) pass.run(light, number++, colors, rays);
+}
+
+// Flattened, so that all of it is compiled for wide vectors.
+[[gnu::flatten]] FSTOP_AVX512 void shade_wide(const ShadingInputs& in, const RayPacket& packet,
+                                              const LaneMask& valid, const LaneFloats& path_length,
+                                              LaneSurfaces& surfaces, LaneColors& colors,
+                                              std::uint64_t& rays) {
+  shade_any(in, packet, valid, path_length, surfaces, colors, rays);
+}
+
+}  // namespace
+
+void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
+                   const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
+                   std::uint64_t& rays) noexcept {
+  if (has_avx512()) return shade_wide(in, packet, valid, path_length, surfaces, colors, rays);
+  shade_any(in, packet, valid, path_length, surfaces, colors, rays);
 }
 
 }  // namespace fstop

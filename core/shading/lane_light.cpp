@@ -29,6 +29,17 @@ FSTOP_KERNEL void attenuate(const Doubles& a, LaneLight& out) {
   }
 }
 
+FSTOP_KERNEL void from_afar(Vec3f direction, LaneLight& out) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    out.x[k] = direction.x;
+    out.y[k] = direction.y;
+    out.z[k] = direction.z;
+    out.distance[k] = kFar;
+    out.factor[k] = 1.0F;
+  }
+}
+FSTOP_AVX512 void from_afar_wide(Vec3f direction, LaneLight& out) { from_afar(direction, out); }
+
 FSTOP_KERNEL void from_point(Vec3f source, const Doubles& attenuation, const LaneSurfaces& s,
                              LaneLight& out) {
   for (std::size_t k = 0; k < kLanes; ++k) {
@@ -76,11 +87,8 @@ struct LaneIncidence {
 
   void operator()(const DirectionalLight& light) const {
     const Vec3f l = normalized(-to_float(light.direction));
-    out.x.fill(l.x);
-    out.y.fill(l.y);
-    out.z.fill(l.z);
-    out.distance.fill(kFar);
-    out.factor.fill(1.0F);
+    if (has_avx512()) return from_afar_wide(l, out);
+    from_afar(l, out);
   }
   void operator()(const PointLight& light) const { point(light.position, light.attenuation); }
   void operator()(const SpotLight& light) const {

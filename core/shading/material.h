@@ -12,27 +12,6 @@ constexpr Rgb operator*(const Rgb& a, const Rgb& b) {
 }
 constexpr Rgb operator*(const Rgb& a, float s) { return {a[0] * s, a[1] * s, a[2] * s}; }
 
-/// Colours of one material's sources at a packet's surfaces. Keeps the last lookup: a material's
-/// sources often share one texture.
-class MaterialColors {
- public:
-  /// `footprint`: the width in metres that a lookup averages over, lane by lane.
-  MaterialColors(const RayScene& scene, const LaneSurfaces& surfaces, const LaneFloats& footprint)
-      : scene_(scene), surfaces_(surfaces), footprint_(footprint) {}
-
-  /// `source` at the surfaces of `lanes`; other lanes of `colors` are unspecified.
-  void at(const ColorSource& source, const LaneMask& lanes, LaneColors& colors) noexcept;
-  /// The next material has other lanes, so that nothing is kept.
-  void next_material() noexcept { texture_ = -1; }
-
- private:
-  const RayScene& scene_;
-  const LaneSurfaces& surfaces_;
-  const LaneFloats& footprint_;
-  int texture_ = -1;
-  LaneColors texels_ = {};
-};
-
 /// The two factors of a light's geometry: max(N.L, 0), and (R.V)^n for phong or (N.H)^n for
 /// blinn-phong. Both are 0 where N.L <= 0.
 struct ReflectionTerms {

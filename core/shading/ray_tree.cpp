@@ -8,6 +8,8 @@
 namespace fstop {
 namespace {
 
+alignas(64) constexpr LaneFloats kNoPath = {};
+
 // The packets of one tree of rays: every lane follows its own sample, all lanes bounce together.
 class PacketTree {
  public:
@@ -165,12 +167,12 @@ void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& val
            LaneColors& colors, std::uint64_t& rays) noexcept {
   if (!in.scene.branches()) {
     LaneSurfaces surfaces;
-    shade_locally(in, packet, valid, LaneFloats{}, surfaces, colors, rays);
+    shade_locally(in, packet, valid, kNoPath, surfaces, colors, rays);
     return;
   }
   alignas(64) LaneFloats weight;
   weight.fill(1.0F);
-  PacketTree(in, rays).shade(packet, valid, weight, LaneFloats{}, in.depth, colors);
+  PacketTree(in, rays).shade(packet, valid, weight, kNoPath, in.depth, colors);
 }
 
 BranchBound branch_bound(const std::vector<Material>& materials) {

@@ -41,6 +41,17 @@ bool is_readable(int socket, Clock::time_point deadline) {
   }
 }
 
+Answer answer_of(const http::response<http::string_body>& response) {
+  Answer answer;
+  answer.status = static_cast<int>(response.result_int());
+  for (const auto& field : response) {
+    answer.headers[lower_case({field.name_string().data(), field.name_string().size()})] =
+        std::string(field.value().data(), field.value().size());
+  }
+  answer.body = response.body();
+  return answer;
+}
+
 }  // namespace
 
 std::string request_text(std::string_view method, std::string_view target, const Headers& headers,
@@ -119,14 +130,19 @@ std::optional<Answer> Client::read(bool to_head, std::chrono::milliseconds patie
       throw std::runtime_error("the reply is not HTTP: " + ec.message());
     }
   }
-  Answer answer;
-  answer.status = static_cast<int>(parser.get().result_int());
-  for (const auto& field : parser.get()) {
-    answer.headers[lower_case({field.name_string().data(), field.name_string().size()})] =
-        std::string(field.value().data(), field.value().size());
-  }
-  answer.body = parser.get().body();
-  return answer;
+  return answer_of(parser.get());
+}
+
+std::optional<Answer> Client::read_to_end(std::chrono::milliseconds patience) {
+  const auto deadline = Clock::now() + patience;
+  while (receive(deadline)) continue;
+  http::response_parser<http::string_body> parser;
+  parser.eager(true);
+  boost::beast::error_code ec;
+  parser.put(boost::asio::buffer(unread_), ec);
+  if (!ec) parser.put_eof(ec);
+  if (ec) return std::nullopt;
+  return answer_of(parser.get());
 }
 
 bool Client::is_closed_by_server(std::chrono::milliseconds patience) {

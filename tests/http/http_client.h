@@ -45,6 +45,8 @@ class Client {
   /// The next reply; none if the connection ends or nothing comes. `to_head`: it has no body.
   std::optional<Answer> read(bool to_head = false,
                              std::chrono::milliseconds patience = std::chrono::seconds(60));
+  /// The next reply where its body ends with the connection.
+  std::optional<Answer> read_to_end(std::chrono::milliseconds patience = std::chrono::seconds(60));
   /// Whether the server ends the connection, having sent nothing more.
   bool is_closed_by_server(std::chrono::milliseconds patience = std::chrono::seconds(10));
   /// send() and read() of one request.

@@ -50,6 +50,21 @@ Outcome run_fstop(const std::vector<std::string>& arguments, const std::string& 
   return {exit_code_of(status), text_of_file(path + "/output"), text_of_file(path + "/errors")};
 }
 
+Outcome run_fstop_until(const std::vector<std::string>& arguments, const std::string& text,
+                        int number) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path().string();
+  const pid_t process = start(arguments, "/dev/null", path + "/output", path + "/errors");
+  const auto has_said = [&] {
+    return text_of_file(path + "/errors").find(text) != std::string::npos;
+  };
+  if (!eventually(has_said)) number = SIGKILL;
+  ::kill(process, number);
+  int status = 0;
+  ::waitpid(process, &status, 0);
+  return {exit_code_of(status), text_of_file(path + "/output"), text_of_file(path + "/errors")};
+}
+
 ServerProcess::ServerProcess(const fs::path& folder, const std::vector<std::string>& arguments)
     : folder_(folder) {
   const std::string port_file = (folder / "port").string();

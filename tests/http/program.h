@@ -18,6 +18,10 @@ struct Outcome {
 /// Runs `fstop arguments...` to its end.
 Outcome run_fstop(const std::vector<std::string>& arguments, const std::string& input = {});
 
+/// The same, but signal `number` is sent once `text` stands on its standard error.
+Outcome run_fstop_until(const std::vector<std::string>& arguments, const std::string& text,
+                        int number);
+
 /// `fstop serve` as a process of its own, on a free port of the loopback.
 class ServerProcess {
  public:

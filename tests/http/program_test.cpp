@@ -106,6 +106,52 @@ TEST_F(Program, PsfPrintsNumbersAndWritesTheImageThatTheServerSends) {
   EXPECT_EQ(folder_.files(), before);
 }
 
+std::string chart_text(int replicates) {
+  return R"({"scene": "scenes/tiny/scene.json", "camera": {"lens": {"f_number": 2}},
+      "image": {"width": 24, "height": 16}, "samples": [1, 4], "max_errors": [0.1],
+      "reference": {"samples": 256, "replicates": )" +
+         std::to_string(replicates) + "}}";
+}
+
+TEST_F(Program, ChartPrintsNumbersAndWritesTheDrawing) {
+  folder_.write("chart.json", chart_text(2));
+  const Outcome printed = run_fstop({"chart", path("chart.json"), "--out", path("chart.svg")});
+  ASSERT_EQ(printed.exit_code, 0) << printed.output << printed.errors;
+  EXPECT_EQ(printed.output.find("{\"reference\":{"), 0U) << printed.output;
+  EXPECT_EQ(printed.errors, "");
+  EXPECT_EQ(text_of_file(path("chart.svg")).find("<svg xmlns="), 0U);
+  const Outcome told = run_fstop(
+      {"chart", path("chart.json"), "--out", path("out.json"), "--threads", "2", "--progress"});
+  EXPECT_EQ(told.exit_code, 0);
+  EXPECT_EQ(text_of_file(path("out.json")), told.output);
+  EXPECT_NE(told.output.find("\"threads\":2"), std::string::npos);
+  EXPECT_NE(told.errors.find("chart: 100 %\n"), std::string::npos) << told.errors;
+  for (const char* out : {"chart.png", "chart"}) {
+    const Outcome refused = run_fstop({"chart", path("chart.json"), "--out", path(out)});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.output.find("--out must end in .svg or .json"), std::string::npos);
+  }
+  EXPECT_EQ(run_fstop({"chart", "-"}, R"({"scene": "tiny"})").exit_code, 2);
+}
+
+// Each replicate ends in progress, so that the signal comes while others are still to be made.
+TEST_F(Program, ChartIsStoppedBySignalsAndLeavesNothing) {
+  std::string request = chart_text(64);
+  request.replace(request.find("\"samples\": 256"), 14, "\"samples\": 65536");
+  folder_.write("chart.json", request);
+  const int before = folder_.files();
+  for (const int number : {SIGINT, SIGTERM}) {
+    const Outcome stopped =
+        run_fstop_until({"chart", path("chart.json"), "--out", path("none.svg"), "--progress"},
+                        "chart: 0 %", number);
+    EXPECT_EQ(stopped.exit_code, 1);
+    EXPECT_NE(stopped.errors.find("stopped by a signal before it was done"), std::string::npos)
+        << stopped.errors;
+    EXPECT_NE(stopped.output.find("/problems/cancelled"), std::string::npos) << stopped.output;
+  }
+  EXPECT_EQ(folder_.files(), before);
+}
+
 TEST_F(Program, RendersAFileThatEqualsTheServers) {
   std::string request = tiny_request(3);
   request.replace(request.find("\"tiny\""), 6, "\"scenes/tiny/scene.json\"");

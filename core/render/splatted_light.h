@@ -1,0 +1,52 @@
+#pragma once
+
+#include <vector>
+
+#include "core/film/replicate_film.h"
+#include "core/render/block_tracer.h"
+#include "core/render/bokeh_splatting.h"
+
+namespace fstop {
+
+/// Splats through the pupil of `camera`; makes the rays of `samples` pass through what is splatted.
+/// Both must outlive it.
+struct Splatting {
+  Splatting(const Camera& camera, std::uint32_t seed, SampleSource& samples);
+  Splatting(const Splatting&) = delete;
+  Splatting& operator=(const Splatting&) = delete;
+
+  EmitterChoice choice;
+  SplatSource source;
+  /// Null where nothing is splatted.
+  const SplatSource* light() const noexcept { return choice.emitters.empty() ? nullptr : &source; }
+};
+
+/// The light of small bright emitters, splatted once for each replicate of a picture by as many
+/// points of each emitter as a goal asks for.
+class SplattedLight {
+ public:
+  explicit SplattedLight(const SplatSource& source) : source_(source) {}
+
+  /// Splats until the mean square error of the two replicates' mean, values clipped to [0,1], is
+  /// below `goal_mse`, by at most `most_points` points, and puts the light into `film`.
+  ///
+  /// E_i light of emitter i, in pixels times value, told by M_i points leaves an error of E_i^2/M_i
+  /// over all pixels (independent points; nets do better), so that M_i goes with E_i. What is
+  /// measured decides: points are quadrupled until it keeps the goal.
+  void splat(double goal_mse, double most_points, ReplicateFilm& film, const RunControl& run);
+
+  std::uint64_t rays() const noexcept { return rays_; }
+  /// Points of both replicates.
+  double points() const noexcept { return points_; }
+
+ private:
+  double splat_once(const std::vector<SplatRange>& ranges, ReplicateFilm& film,
+                    const RunControl& run);
+  std::vector<SplatRange> ranges(double goal_mse, double scale) const;
+
+  SplatSource source_;
+  std::uint64_t rays_ = 0;
+  double points_ = 0.0;
+};
+
+}  // namespace fstop
