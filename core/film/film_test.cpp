@@ -151,7 +151,8 @@ TEST(Film, NoiseOfOnePixelByHand) {
     return std::array<float, 3>{0.75F, 0.5F, 0.5F};
   });
   EXPECT_DOUBLE_EQ(estimate.mse, 0.25 / 12);
-  EXPECT_DOUBLE_EQ(estimate.mse_upper_95, 0.25 / 12);  // one pixel has no scatter
+  // One unit tells nothing of its own scatter: the 95 % quantile of F(1, 1).
+  EXPECT_DOUBLE_EQ(estimate.mse_upper_95, 161.4 * 0.25 / 12);
   // Energy 0.5 + 0.5 + 0.5, its standard error half the difference.
   EXPECT_DOUBLE_EQ(estimate.energy, 0.25 / 1.5);
 }

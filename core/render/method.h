@@ -38,6 +38,7 @@ struct ShotFacts {
   double blurred_share = 0.0;    // of the probe's points with blur discs over 6 px
   double contrast = 0.0;         // standard deviation of the picture's values, clipped to [0,1]
   int emitters_found = 0;        // small bright ones, in the scene
+  double emitter_px = 0.0;       // pixels that their light fills, at most as bright as white
   int emitters_splatted = 0;     // of those, that the camera would splat
   bool moves = false;            // something moves while the shutter is open
   bool mirrors = false;          // something reflects or transmits

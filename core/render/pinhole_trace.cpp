@@ -1,6 +1,7 @@
 #include "core/render/pinhole_trace.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "core/render/adaptive.h"
@@ -9,6 +10,8 @@
 
 namespace fstop {
 namespace {
+
+constexpr double kSharpPoint = 0.05;  // px of blur that leave a point a point
 
 // A disc of c px costs a sharp image 0.17 c^2 of transfer up to 1 px; beyond, all of it and the
 // reversed contrast of the first lobe of J1, 0.1323.
@@ -29,6 +32,15 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
     std::snprintf(why, sizeof why, "largest blur disc %.2g px", facts.largest_blur_px);
     quote.error.effects.push_back(
         {.effect = "defocus", .transfer_loss = defocus_loss(facts.largest_blur_px), .why = why});
+  }
+  // A bright point is a disc where it is out of focus: pixels change by at most 1, so that the sum
+  // of squares is at most that of the light that is moved, away from here and to there.
+  const bool defocus = shot.effects.defocus == EffectChoice::automatic;
+  if (defocus && facts.emitter_px > 0.0 && facts.largest_blur_px > kSharpPoint) {
+    quote.error.effects.push_back(
+        {.effect = "defocus of small bright emitters",
+         .why = "their discs are missing",
+         .offset = std::sqrt(2.0 * facts.emitter_px / facts.pixel_count)});
   }
   std::ranges::move(omitted_diffraction(shot, facts), std::back_inserter(quote.error.effects));
   quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);

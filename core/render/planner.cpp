@@ -170,7 +170,7 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
                      .why = "followed until a branch counts less than " + rounded(kSmallestBranch) +
                             " or lies " + std::to_string(kDeepestBranch) + " deep"});
   }
-  model.push_back(shot.effects.falloff == EffectChoice::on
+  model.push_back(shot.effects.falloff != EffectChoice::off
                       ? modelled("falloff", "cos^4 of the chief ray")
                       : ModelledEffect{.effect = "falloff", .why = "switched off"});
   return model;

@@ -137,7 +137,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .pupil = PupilWarp(aperture_vertices(aperture_of(shot.camera))),
           .sequence = SampleSequence(shot.seed),
           .samples_pupil = samples_pupil,
-          .falloff = shot.effects.falloff == EffectChoice::on,
+          .falloff = shot.effects.falloff != EffectChoice::off,
           .exposure = static_cast<float>(exposure_of(shot.camera)),
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality.max_error))};

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/render/emitter_choice.h"
 #include "core/render/progressive.h"
@@ -228,7 +229,20 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
       emitter_choice(*shot.scene, camera_of(shot.camera, shot.sensor), exposure_of(shot.camera));
   facts.emitters_found = static_cast<int>(choice.found);
   facts.emitters_splatted = static_cast<int>(choice.emitters.size());
+  for (const SplattedEmitter& emitter : choice.emitters) {
+    const Rgb& radiance = shot.scene->emitters()[emitter.number].radiance;
+    const double brightest = static_cast<double>(std::max({radiance[0], radiance[1], radiance[2]}));
+    const double sharp_px = std::numbers::pi / 4.0 * std::pow(emitter.sharp_px, 2);
+    facts.emitter_px +=
+        std::min(brightest * exposure_of(shot.camera) * sharp_px, emitter.footprint_px());
+  }
   Probe(shot).run(facts, run);
+  if (facts.mirrors) {  // what they show may be as far as anything
+    const double far = blur_diameter(shot.camera, kInfinitelyFar) / shot.sensor.pixel_pitch;
+    facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(far));
+    // The probe shades what it meets, not what that shows: as where no scene is known.
+    facts.contrast = std::max(facts.contrast, 0.25);
+  }
   return facts;
 }
 
