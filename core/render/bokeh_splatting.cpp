@@ -28,6 +28,7 @@ struct Splat {
 // Sums of a chunk, and the splats that make it up.
 struct ChunkLight {
   std::vector<Splat> splats = {};
+  std::vector<SharpSplat> sharp = {};  // instead, where they are handed on
   double seen_px = 0.0;
   double reached_px = 0.0;
   std::uint64_t rays = 0;
@@ -47,13 +48,15 @@ struct SplatLanes {
 class EmitterSplatter {
  public:
   EmitterSplatter(const SplatSource& source, const FilmProjection& film,
-                  const SplattedEmitter& splatted, std::uint32_t replicate)
+                  const SplattedEmitter& splatted, std::uint32_t replicate, bool sharp)
       : source_(source),
         film_(film),
         splatted_(splatted),
         emitter_(source.scene.emitters()[splatted.number]),
         sampler_(source.scene, emitter_, film),
-        sequence_(hash_of(source.seed, kSplatStream + replicate)) {
+        sequence_(hash_of(source.seed, kSplatStream + replicate)),
+        forward_(to_float(film.world_from_camera.forward())),
+        sharp_(sharp) {
     const Scene& scene = source.scene.scene();
     const Object& object = scene.objects[emitter_.object];
     const Material& material = scene.materials[static_cast<std::size_t>(object.material)];
@@ -92,7 +95,7 @@ class EmitterSplatter {
     LaneColors behind;
     shade(shading_inputs(keys), without, splats.visible, behind, chunk.rays);
     const LaneColors emitted = emission(keys, without, splats, chunk);
-    lay_down(splats, emitted, behind, chunk);
+    lay_down(splats, without, emitted, behind, chunk);
   }
 
   void choose(const SampleKeys& keys, SplatLanes& splats) const {
@@ -196,8 +199,8 @@ class EmitterSplatter {
     return colors;
   }
 
-  void lay_down(const SplatLanes& splats, const LaneColors& emitted, const LaneColors& behind,
-                ChunkLight& chunk) const {
+  void lay_down(const SplatLanes& splats, const RayPacket& without, const LaneColors& emitted,
+                const LaneColors& behind, ChunkLight& chunk) const {
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (splats.visible[k] == 0) continue;
       const Vec2 raster{splats.raster_x[k], splats.raster_y[k]};
@@ -208,6 +211,20 @@ class EmitterSplatter {
         factor *= std::visit([&](const auto& any) { return any.falloff(raster); }, source_.camera);
       }
       const auto scale = static_cast<float>(factor);
+      if (sharp_) {
+        const auto lane = static_cast<int>(k);
+        const Rgb light = emitted.get(lane);
+        const Rgb hidden = behind.get(lane);
+        chunk.sharp.push_back(
+            {.raster_x = static_cast<float>(raster.x),
+             .raster_y = static_cast<float>(raster.y),
+             .depth = static_cast<float>(splats.points.z[k]),
+             .depth_behind =
+                 without.hit(lane) ? without.far[k] * dot(without.direction(lane), forward_) : kFar,
+             .light = {scale * light[0], scale * light[1], scale * light[2]},
+             .hidden = {scale * hidden[0], scale * hidden[1], scale * hidden[2]}});
+        continue;
+      }
       const auto pixel = static_cast<std::uint32_t>(static_cast<int>(raster.y) * film_.width +
                                                     static_cast<int>(raster.x));
       chunk.splats.push_back(
@@ -230,6 +247,8 @@ class EmitterSplatter {
   const Emitter& emitter_;
   EmitterSampler sampler_;
   SampleSequence sequence_;
+  Vec3f forward_;
+  bool sharp_;
   bool is_plain_ = false;
   float footprint_rate_ = 0.0F;
 };
@@ -267,11 +286,12 @@ void add_up(const ChunkLight& chunk, const SplatRange& range, SplatImage& light,
   totals.reached_px += share * chunk.reached_px;
 }
 
-}  // namespace
-
-std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,
-                    std::span<const SplatRange> ranges, SplatImage& light,
-                    std::span<SplatTotals> totals, const RunControl& run) {
+// Traces all ranges, batch by batch; calls finish(chunk's light, its range) in order, so that sums
+// do not depend on which thread was first.
+template <typename Finish>
+std::uint64_t trace_ranges(const SplatSource& source, std::uint32_t replicate,
+                           std::span<const SplatRange> ranges, bool sharp, const RunControl& run,
+                           const Finish& finish) {
   const FilmProjection film(source.camera);
   const std::vector<Chunk> chunks = chunks_of(ranges);
   std::vector<ChunkLight> lights;
@@ -285,7 +305,8 @@ std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,
     std::vector<std::unique_ptr<EmitterSplatter>> splatters;
     for (std::size_t range = first_range; range <= chunks[end - 1].range; ++range) {
       const SplattedEmitter& emitter = source.choice.emitters[ranges[range].emitter];
-      splatters.push_back(std::make_unique<EmitterSplatter>(source, film, emitter, replicate));
+      splatters.push_back(
+          std::make_unique<EmitterSplatter>(source, film, emitter, replicate, sharp));
     }
     lights.assign(end - begin, {});
     parallel_for(run, static_cast<int>(end - begin), [&](int i) {
@@ -294,16 +315,55 @@ std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,
       splatters[chunk.range - first_range]->trace(chunk.first, chunk.count, lights[k], run);
     });
     throw_if_stopped(run);
-    // In order: sums do not depend on which thread was first.
     for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t range = chunks[i].range;
-      SplatTotals unwanted;
-      add_up(lights[i - begin], ranges[range], light, totals.empty() ? unwanted : totals[range]);
+      finish(lights[i - begin], chunks[i].range);
       rays += lights[i - begin].rays;
     }
     begin = end;
   }
   return rays;
+}
+
+}  // namespace
+
+SplatSource splat_source(const SampleSource& rays, const EmitterChoice& choice,
+                         std::uint32_t seed) {
+  return {.scene = rays.scene,
+          .camera = rays.camera,
+          .choice = choice,
+          .pupil = rays.pupil,
+          .seed = seed,
+          .falloff = rays.falloff,
+          .exposure = rays.exposure,
+          .shutter_seconds = rays.shutter_seconds,
+          .texture_width_px = rays.texture_width_px};
+}
+
+std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,
+                    std::span<const SplatRange> ranges, SplatImage& light,
+                    std::span<SplatTotals> totals, const RunControl& run) {
+  return trace_ranges(
+      source, replicate, ranges, false, run, [&](const ChunkLight& chunk, std::size_t range) {
+        SplatTotals unwanted;
+        add_up(chunk, ranges[range], light, totals.empty() ? unwanted : totals[range]);
+      });
+}
+
+std::uint64_t splat_sharp(const SplatSource& source, std::uint32_t replicate,
+                          std::span<const SplatRange> ranges, SharpSplatSink& sink,
+                          const RunControl& run) {
+  const auto scaled = [](Rgb color, float factor) {
+    return Rgb{color[0] * factor, color[1] * factor, color[2] * factor};
+  };
+  return trace_ranges(
+      source, replicate, ranges, true, run, [&](const ChunkLight& chunk, std::size_t range) {
+        const auto share = static_cast<float>(ranges[range].weight / ranges[range].count);
+        for (SharpSplat splat : chunk.sharp) {
+          splat.light = scaled(splat.light, share);
+          splat.hidden = scaled(splat.hidden, share);
+          sink.add(splat);
+        }
+      });
 }
 
 }  // namespace fstop

@@ -9,6 +9,7 @@
 #include "core/camera/film_projection.h"
 #include "core/film/image.h"
 #include "core/parallel.h"
+#include "core/render/block_tracer.h"
 #include "core/render/emitter_choice.h"
 #include "core/sampling/warp.h"
 
@@ -26,6 +27,9 @@ struct SplatSource {
   float shutter_seconds = 0.0F;   // > 0: rays are spread over the time the shutter is open
   float texture_width_px = 0.0F;  // pixels that a texture lookup averages over
 };
+
+/// What is splatted beside the camera rays of `rays`, whose `mask` is the choice's camera_mask.
+SplatSource splat_source(const SampleSource& rays, const EmitterChoice& choice, std::uint32_t seed);
 
 /// A range of an emitter's points: indices first to first + count of its sequence.
 struct SplatRange {
@@ -88,5 +92,28 @@ class SplatImage {
 std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,
                     std::span<const SplatRange> ranges, SplatImage& light,
                     std::span<SplatTotals> totals, const RunControl& run);
+
+/// Light of a point that is not laid on the film yet: where it falls, from how far off it comes,
+/// and the light that it hides there, which comes from farther off.
+struct SharpSplat {
+  float raster_x = 0.0F;
+  float raster_y = 0.0F;
+  float depth = 0.0F;         // metres along the axis
+  float depth_behind = 0.0F;  // infinity: the background
+  Rgb light = {};             // pixel values, as `splat` adds them, without the hidden light
+  Rgb hidden = {};            // to be taken away
+};
+
+/// Sees splats in the order of their ranges and indices, from one thread at a time.
+class SharpSplatSink {
+ public:
+  virtual ~SharpSplatSink() = default;
+  virtual void add(const SharpSplat& splat) = 0;
+};
+
+/// The same as `splat`, handed on splat by splat instead of being added up.
+std::uint64_t splat_sharp(const SplatSource& source, std::uint32_t replicate,
+                          std::span<const SplatRange> ranges, SharpSplatSink& sink,
+                          const RunControl& run);
 
 }  // namespace fstop

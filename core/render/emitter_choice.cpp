@@ -43,6 +43,7 @@ class Sight {
     const double near = center.z - emitter.radius;
     const double far = center.z + emitter.radius;
     return {.number = number,
+            .depth = center.z,
             .sharp_px = 2.0 * emitter.radius * film_.scale / center.z,
             .blur_px = std::max(std::abs(film_.blur_px(near)), std::abs(film_.blur_px(far))),
             .raster = film_.raster(center, 0.0, 0.0)};

@@ -11,6 +11,7 @@ namespace fstop {
 /// An emitter that is splatted onto the film, and how it looks there.
 struct SplattedEmitter {
   std::uint32_t number = 0;  // in RayScene::emitters()
+  double depth = 0.0;        // of its middle, metres along the axis
   double sharp_px = 0.0;     // diameter of its sharp image, in pixels
   double blur_px = 0.0;      // diameter of a point's disc at its nearest or farthest point
   Vec2 raster = {};          // where its middle falls through the centre of the pupil

@@ -10,6 +10,7 @@
 
 #include "core/film/square_sums.h"
 #include "core/render/progressive.h"
+#include "core/render/wave_emitters.h"
 #include "core/render/wave_spread.h"
 #include "core/render/wave_survey.h"
 
@@ -33,8 +34,8 @@ double disc_loss(double defocus) {
 // What rays get wrong of light at |U| and beyond: no more than where it would be sharp.
 double far_loss(double defocus, double q) { return std::min({1.0, disc_loss(defocus), 0.41 * q}); }
 
-// Lays samples down in the layers of their depth.
-class LayerSink : public SampleSink {
+// Lays samples and splats down in the layers of their depth.
+class LayerSink : public SampleSink, public SharpSplatSink {
  public:
   LayerSink(const WaveOptics& optics, const DepthNodes& nodes, const VisibilityMask& mask,
             const WaveSurvey& survey, LightLayers& layers)
@@ -54,22 +55,35 @@ class LayerSink : public SampleSink {
           left + static_cast<int>(lane) % kBlockSide + static_cast<double>(packet.jitter_x[lane]);
       const double y =
           top + static_cast<int>(lane) / kBlockSide + static_cast<double>(packet.jitter_y[lane]);
-      if (is_far_outside(x, y)) continue;
-      const double defocus = optics_.defocus(static_cast<double>(packet.depth[lane]));
-      DepthNodes::Place place = nodes_.place(defocus);
-      if (place.first < 0) {
-        if (shown_by_rays(x, y)) continue;
-        place = nodes_.nearest(defocus);  // so thin that the survey missed it
-      }
-      const float second = place.second;
-      const float first = 1.0F - second;
-      layers_.add(x, y, place.first, {first * light[0], first * light[1], first * light[2]});
-      if (second == 0.0F) continue;
-      layers_.add(x, y, place.first + 1, {second * light[0], second * light[1], second * light[2]});
+      lay_down(x, y, static_cast<double>(packet.depth[lane]), light);
     }
   }
 
+  void add(const SharpSplat& splat) override {
+    const auto x = static_cast<double>(splat.raster_x);
+    const auto y = static_cast<double>(splat.raster_y);
+    lay_down(x, y, static_cast<double>(splat.depth), splat.light);
+    const Rgb& hidden = splat.hidden;
+    if (hidden == Rgb{0, 0, 0}) return;
+    lay_down(x, y, static_cast<double>(splat.depth_behind), {-hidden[0], -hidden[1], -hidden[2]});
+  }
+
  private:
+  void lay_down(double x, double y, double depth, const Rgb& light) {
+    if (is_far_outside(x, y)) return;
+    const double defocus = optics_.defocus(depth);
+    DepthNodes::Place place = nodes_.place(defocus);
+    if (place.first < 0) {
+      if (shown_by_rays(x, y)) return;
+      place = nodes_.nearest(defocus);  // so thin that the survey missed it
+    }
+    const float second = place.second;
+    const float first = 1.0F - second;
+    layers_.add(x, y, place.first, {first * light[0], first * light[1], first * light[2]});
+    if (second == 0.0F) return;
+    layers_.add(x, y, place.first + 1, {second * light[0], second * light[1], second * light[2]});
+  }
+
   bool is_far_outside(double x, double y) const {
     const double left = x - guard_;
     const double top = y - guard_;
@@ -123,6 +137,12 @@ int cells_for(const Shot& shot, const WaveOptics& optics, const WaveSurvey& surv
   return cells;
 }
 
+double total_light(const Image& image) {
+  double sum = 0.0;
+  for (const float value : image.pixels()) sum += static_cast<double>(value);
+  return sum;
+}
+
 // The sharp light of a shot and what it becomes behind the pupil.
 class SharpLight {
  public:
@@ -148,23 +168,30 @@ class SharpLight {
     }
   }
 
-  SampleSink& sink() { return sink_; }
+  LayerSink& sink() { return sink_; }
+  int samples() const { return samples_; }
   const WaveSpreader& spreader() const { return spreader_; }
   int cells() const { return frame_.cells; }
   double shared_pixels() const { return shared_pixels_; }
 
   // Judges by the sharp light's own noise, which spreading only lowers, where that is enough;
   // else spreads the difference of the halves.
-  NoiseEstimate end_of_pass(const NoiseEstimate& sharp, int samples, bool halves, double target) {
+  NoiseEstimate end_of_pass(const NoiseEstimate& sharp, int samples, bool halves, double target,
+                            bool has_emitters) {
     NoiseEstimate noise = sharp;
     noise.mse_upper_95 = sharp.unclipped_mse_upper_95;
     noise.mse = std::min(sharp.mse, noise.mse_upper_95);
     spread_.reset();
-    if (halves && std::sqrt(noise.mse_upper_95) > target) {
+    // Of splats the film knows nothing: only the layers do.
+    if (halves && (has_emitters || std::sqrt(noise.mse_upper_95) > target)) {
       const float scale = factor(2 * samples);
       const Image off = spreader_.spread_roughly({total_, scale, &pass_, -scale}, run_);
       spread_ = spreader_.spread({total_, scale, &pass_, scale}, with_discs_, run_);
       noise = spread_noise(spread_->waves, off, shared_pixels_, sharp.energy);
+      if (has_emitters) {
+        const double all_light = std::max(total_light(spread_->waves), 1e-30);
+        noise.energy = std::hypot(sharp.energy, total_light(off) / all_light);
+      }
     }
     total_.take(pass_);
     samples_ += samples;
@@ -264,12 +291,6 @@ std::vector<EffectLoss> losses_of(const WaveOptics& optics, const DepthNodes& no
          .why = plain("discs of up to %.3g px are shown by rays", largest_disc_px)});
   }
   return losses;
-}
-
-double total_light(const Image& image) {
-  double sum = 0.0;
-  for (const float value : image.pixels()) sum += static_cast<double>(value);
-  return sum;
 }
 
 double root_mean_square(const Image& image) {
@@ -378,25 +399,48 @@ RenderOutcome Wave::render(const Shot& shot, const ShotFacts& facts, double bias
   wide.sensor = survey.sensor;
   const Camera centre = central_projection(shot.camera, wide.sensor);
   Film film(wide.sensor.width, wide.sensor.height);
-  RenderOutcome outcome = render_progressively(
-      {.source = sample_source(wide, centre, false),
-       .film = film,
-       .sink = &light.sink(),
-       .end_of_pass = [&](const NoiseEstimate& noise, int samples,
-                          bool halves) { return light.end_of_pass(noise, samples, halves, room); },
-       .least_samples = light.cells() * light.cells(),
-       .end = needs_rays ? 0.5 : 0.9},
-      quality, half * bias, run);
-  outcome.rays += survey.rays;
+  SampleSource sharp = sample_source(wide, centre, false);
+  sharp.mask = survey.emitters.camera_mask;
+  const bool has_emitters = !survey.emitters.emitters.empty();
+  std::uint64_t splat_rays = 0;
+  const auto end_of_pass = [&](const NoiseEstimate& noise, int samples, bool halves) {
+    splat_rays +=
+        lay_down_emitters(sharp, survey, shot.seed, static_cast<std::uint32_t>(light.samples()),
+                          static_cast<std::uint32_t>(samples), light.sink(), run);
+    return light.end_of_pass(noise, samples, halves, room, has_emitters);
+  };
+  RenderOutcome outcome = render_progressively({.source = sharp,
+                                                .film = film,
+                                                .sink = &light.sink(),
+                                                .end_of_pass = end_of_pass,
+                                                .least_samples = light.cells() * light.cells(),
+                                                .end = needs_rays ? 0.5 : 0.9},
+                                               quality, half * bias, run);
+  outcome.rays += survey.rays + splat_rays;
   outcome.color = light.spread().waves;
   outcome.variance = cropped(film.variance(), survey.guard);
   if (needs_rays) {
     const Camera camera = camera_of(shot.camera, shot.sensor);
+    SampleSource source = sample_source(shot, camera, true);
+    source.mask = survey.emitters.camera_mask;
+    // A tenth of the noise, in squares, is left to splats, spread as what is hidden will be.
+    const Image dark(shot.sensor.width, shot.sensor.height, 3);
+    const auto splat_mse = [&](const Image& seen, const Image& off) {
+      const WaveSpreader& spreader = light.spreader();
+      return spread_noise(spreader.spread_in_focus(hidden_light(mask, seen, dark), run),
+                          spreader.spread_in_focus(hidden_light(mask, off, dark), run), 1.0, 0.0)
+          .mse;
+    };
+    const EmitterPicture emitters =
+        emitter_picture(source, survey, shot.seed, 0.3 * quality.max_error, splat_mse, run);
+    outcome.rays += emitters.rays;
     Film rays(shot.sensor.width, shot.sensor.height);
     rays.keep_difference();
     const auto joined = [&] {
       Image sum = outcome.color;
-      const Image hidden = hidden_light(mask, rays.mean(), light.spread().discs);
+      Image seen = rays.mean();
+      add_to(seen, emitters.light);
+      const Image hidden = hidden_light(mask, seen, light.spread().discs);
       add_to(sum, light.spreader().spread_in_focus(hidden, run));
       return sum;
     };
@@ -406,7 +450,7 @@ RenderOutcome Wave::render(const Shot& shot, const ShotFacts& facts, double bias
       return spread_noise(joined(), light.spreader().spread_in_focus(rays.half_difference(), run),
                           light.shared_pixels(), noise.energy);
     };
-    const RenderOutcome traced = render_progressively({.source = sample_source(shot, camera, true),
+    const RenderOutcome traced = render_progressively({.source = source,
                                                        .film = rays,
                                                        .tiles = &mask.tiles,
                                                        .end_of_pass = spread_out,
@@ -417,8 +461,8 @@ RenderOutcome Wave::render(const Shot& shot, const ShotFacts& facts, double bias
     outcome.color = joined();
     add_to(outcome.variance, rays.variance());
     outcome.rays += traced.rays;
-    outcome.noise.mse += traced.noise.mse;
-    outcome.noise.mse_upper_95 += traced.noise.mse_upper_95;
+    outcome.noise.mse += traced.noise.mse + emitters.mse;
+    outcome.noise.mse_upper_95 += traced.noise.mse_upper_95 + emitters.mse;
     const double all_light = std::max(total_light(outcome.color), 1e-30);
     outcome.noise.energy = std::hypot(
         outcome.noise.energy, std::min(1.0, traced_light / all_light) * traced.noise.energy);

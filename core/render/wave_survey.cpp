@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/render/sample_loop.h"
+#include "core/render/progressive.h"
 #include "core/shading/illumination.h"
 
 namespace fstop {
@@ -43,6 +43,7 @@ class CentreRays {
     for (int lane = 0; lane < count; ++lane) {
       const Ray ray = camera_.ray({x + lane + 0.5, y + 0.5}, {});
       packet.set(lane, to_float(ray.origin), to_float(ray.direction), kFar, 0.0F);
+      packet.mask[static_cast<std::size_t>(lane)] = survey_.emitters.camera_mask;
       valid[static_cast<std::size_t>(lane)] = -1;
     }
     scene_.intersect(packet, valid, Coherence::coherent);
@@ -164,6 +165,35 @@ class EdgeFinder {
   double occluded_pixels_ = 0.0;
 };
 
+// Whether a surveyed pixel shows something nearer than an emitter, and near enough to come between
+// it and a part of the pupil: within half the difference of both discs' diameters.
+bool something_before(const WaveSurvey& survey, const WaveOptics& optics,
+                      const SplattedEmitter& emitter) {
+  const double own = optics.disc_px(optics.defocus(emitter.depth));
+  const double room = 0.5 * emitter.sharp_px + kMargin;
+  double widest = 0.0;
+  for (const double defocus : survey.seen) {
+    widest = std::max(widest, std::abs(optics.disc_px(defocus) - own));
+  }
+  const double reach = 0.5 * kFarthestCorner * widest + room;
+  const auto from = [&](double middle) { return static_cast<int>(std::max(0.0, middle - reach)); };
+  const auto to = [&](double middle, int end) {
+    return static_cast<int>(std::clamp(middle + reach + 1.0, 0.0, double(end)));
+  };
+  for (int y = from(emitter.raster.y); y < to(emitter.raster.y, survey.sensor.height); ++y) {
+    for (int x = from(emitter.raster.x); x < to(emitter.raster.x, survey.sensor.width); ++x) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(survey.sensor.width) +
+                     static_cast<std::size_t>(x);
+      // Nearer is more defocused towards positive U; NaN is darkness.
+      const double step = optics.disc_px(static_cast<double>(survey.defocus[i])) - own;
+      if (!(step > kCoarseEdge)) continue;
+      const double away = std::hypot(x + 0.5 - emitter.raster.x, y + 0.5 - emitter.raster.y);
+      if (away <= 0.5 * kFarthestCorner * step + room) return true;
+    }
+  }
+  return false;
+}
+
 // A point of an object, as many as tell its depth where it is small.
 Vec3 place_of(const Object& object) {
   if (const auto* sphere = std::get_if<SphereObject>(&object.shape)) return sphere->center;
@@ -185,6 +215,9 @@ void see_objects(const Shot& shot, const WaveOptics& optics, WaveSurvey& survey)
     const double depth = dot(place_of(object) - camera.pose().position(), camera.pose().forward());
     if (depth > 0.0) survey.seen.push_back(optics.defocus(depth));
   }
+  for (const SplattedEmitter& emitter : survey.emitters.emitters) {
+    survey.seen.push_back(optics.defocus(emitter.depth));
+  }
 }
 
 }  // namespace
@@ -197,6 +230,9 @@ WaveSurvey wave_survey(const Shot& shot, const ShotFacts& facts, const WaveOptic
   survey.sensor = {.pixel_pitch = shot.sensor.pixel_pitch,
                    .width = shot.sensor.width + 2 * survey.guard,
                    .height = shot.sensor.height + 2 * survey.guard};
+  const Camera camera = camera_of(shot.camera, survey.sensor);
+  const float exposure = sample_source(shot, camera, true).exposure;
+  survey.emitters = emitter_choice(*shot.scene, camera, double{exposure});
   const auto pixels = static_cast<std::size_t>(survey.sensor.width) *
                       static_cast<std::size_t>(survey.sensor.height);
   survey.defocus.resize(pixels);
@@ -222,6 +258,7 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
   TileReach edges(survey);
   TileReach others(survey);
   EdgeFinder finder(survey, optics, edges);
+  const auto surveyed = static_cast<double>(survey.defocus.size());
   double beyond = 0.0;
   for (int y = 0; y < survey.sensor.height; ++y) {
     for (int x = 0; x < survey.sensor.width; ++x) {
@@ -237,15 +274,29 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
       }
     }
   }
+  // Splatted emitters are not surveyed: those too defocused for the nodes, and those that
+  // something may partly hide, are the rays' own, too.
+  double hidden = 0.0;
+  for (const SplattedEmitter& emitter : survey.emitters.emitters) {
+    const bool is_beyond = nodes.place(optics.defocus(emitter.depth)).first < 0;
+    const bool is_hidden = something_before(survey, optics, emitter);
+    if (!is_beyond && !is_hidden) continue;
+    const int x = std::clamp(static_cast<int>(emitter.raster.x), 0, survey.sensor.width - 1);
+    const int y = std::clamp(static_cast<int>(emitter.raster.y), 0, survey.sensor.height - 1);
+    const double away = std::hypot(x - emitter.raster.x, y - emitter.raster.y);
+    const double wide = kFarthestCorner * emitter.blur_px + emitter.sharp_px;
+    others.widen(x, y, 0.5 * wide + away + kMargin);
+    beyond += is_beyond ? emitter.footprint_px() : 0.0;
+    hidden += is_hidden ? std::pow(wide + 4.88 * optics.q(), 2) : 0.0;
+  }
   VisibilityMask mask{.width = survey.sensor.width - 2 * survey.guard,
                       .height = survey.sensor.height - 2 * survey.guard,
                       .tiles = edges.frame_tiles()};
   const std::vector<char> more = others.frame_tiles();
   for (std::size_t i = 0; i < more.size(); ++i) mask.tiles[i] = mask.tiles[i] | more[i];
   mask.share = share_of(mask.tiles);
-  const auto surveyed = static_cast<double>(survey.defocus.size());
-  mask.occluded_share = finder.occluded_share(surveyed);
-  mask.beyond_share = beyond / surveyed;
+  mask.occluded_share = std::min(1.0, finder.occluded_share(surveyed) + hidden / surveyed);
+  mask.beyond_share = std::min(1.0, beyond / surveyed);
   mask.fine_edge_loss = finder.fine_edge_loss(surveyed);
   return mask;
 }

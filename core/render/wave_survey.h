@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "core/render/depth_nodes.h"
+#include "core/render/emitter_choice.h"
 #include "core/render/wave_optics.h"
 
 namespace fstop {
@@ -17,6 +18,7 @@ struct WaveSurvey {
   std::vector<double> seen = {};  // defocus of pixels that may send light, and of small objects
   std::vector<float> defocus = {};  // of every pixel of `sensor`; NaN: dark and infinitely far
   std::vector<char> mirrors = {};   // the pixel shows a mirror or something transparent
+  EmitterChoice emitters = {};      // splatted, not seen by any of the rays
   std::uint64_t rays = 0;
 };
 
