@@ -23,8 +23,6 @@ struct SquareSums {
   /// `shared`: pixels that carry one and the same error, so that as many fewer tell of it.
   double upper_95(double pixels, double shared = 1.0) const noexcept {
     constexpr double kOneSided95 = 1.6448536269514722;  // quantile of the normal distribution
-    const double scatter = std::max(0.0, sum_of_squares / pixels - mean(pixels) * mean(pixels));
-    // Twice: the error that was made scatters about its expectation as much as the estimate does.
     // So few units tell little of their own scatter: the 95 % quantile of F(n, n) instead, as of
     // the ratio of the error that was made to the one that is told, one degree of freedom each.
     constexpr std::array<double, 15> kQuantiles = {161.4, 19.0, 9.28, 6.39, 5.05, 4.28, 3.79, 3.44,
@@ -33,6 +31,8 @@ struct SquareSums {
     if (units < 16.0) {
       return mean(pixels) * kQuantiles[static_cast<std::size_t>(std::max(1.0, units)) - 1];
     }
+    // Twice: the error that was made scatters about its expectation as much as the estimate does.
+    const double scatter = std::max(0.0, sum_of_squares / pixels - mean(pixels) * mean(pixels));
     return mean(pixels) +
            kOneSided95 * std::sqrt(2.0 * scatter * std::min(shared, pixels) / pixels);
   }

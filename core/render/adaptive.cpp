@@ -334,7 +334,7 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
   if (!warning.empty()) outcome.warnings.push_back(warning);
   if (light) {
     outcome.rays += light->rays();
-    outcome.splatted_points = light->points();
+    outcome.splats_emitters = true;
   }
   if (!sharing || !sharing->is_better()) return outcome;
   outcome.color = sharing->picture();

@@ -91,7 +91,7 @@ struct RenderOutcome {
   std::optional<std::vector<EffectLoss>> effects =
       {};  // where rendering learnt more than the quote
   std::optional<SharedSamples> shared = {};
-  double splatted_points = 0.0;  // of emitters, where they were splatted
+  bool splats_emitters = false;  // small bright emitters were splatted, not left to samples
   std::vector<std::string> warnings = {};
 };
 

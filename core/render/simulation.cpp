@@ -169,17 +169,14 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                 " px where all is out of focus; measured, part of the estimate"});
   }
   if (facts.emitters_found > 0) {
-    const bool splatted = outcome.splatted_points > 0.0;
     report.model.push_back(
         {.effect = "small bright emitters",
          .modelled = true,
          .bound = 0.0,
-         .why =
-             std::to_string(facts.emitters_found) + " in the scene, " +
-             (splatted
-                  ? std::to_string(facts.emitters_splatted) + " traced through the pupil by " +
-                        std::to_string(static_cast<long long>(outcome.splatted_points)) + " points"
-                  : std::string("left to samples"))});
+         .why = std::to_string(facts.emitters_found) + " in the scene, " +
+                (outcome.splats_emitters
+                     ? std::to_string(facts.emitters_splatted) + " traced through the pupil"
+                     : std::string("left to samples, which may miss them"))});
   }
   // Of all rays none may have met a thing: at 95 % its share of them is below 3/n (rule of three),
   // and pixels of at most 1 change by no more in the mean, so by sqrt(3/n) in the root of squares.

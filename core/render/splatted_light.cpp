@@ -30,15 +30,7 @@ double clipped_square(float a, float b) {
 
 Splatting::Splatting(const Camera& camera, std::uint32_t seed, SampleSource& samples)
     : choice(emitter_choice(samples.scene, camera, static_cast<double>(samples.exposure))),
-      source{.scene = samples.scene,
-             .camera = camera,
-             .choice = choice,
-             .pupil = samples.pupil,
-             .seed = seed,
-             .falloff = samples.falloff,
-             .exposure = samples.exposure,
-             .shutter_seconds = samples.shutter_seconds,
-             .texture_width_px = samples.texture_width_px} {
+      source(splat_source(samples, choice, seed)) {
   samples.mask = choice.camera_mask;
 }
 
@@ -77,7 +69,6 @@ double SplattedLight::splat_once(const std::vector<SplatRange>& ranges, Replicat
     rays_ += fstop::splat(source_, r, ranges, light, {}, silent);
     images[r] = image_of(light);
   }
-  for (const SplatRange& range : ranges) points_ += double(kReplicates) * range.count;
   double squares = 0.0;
   for (std::size_t i = 0; i < images[0].pixels().size(); ++i) {
     squares += clipped_square(images[0].pixels()[i], images[1].pixels()[i]);

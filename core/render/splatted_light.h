@@ -36,8 +36,6 @@ class SplattedLight {
   void splat(double goal_mse, double most_points, ReplicateFilm& film, const RunControl& run);
 
   std::uint64_t rays() const noexcept { return rays_; }
-  /// Points of both replicates.
-  double points() const noexcept { return points_; }
 
  private:
   double splat_once(const std::vector<SplatRange>& ranges, ReplicateFilm& film,
@@ -46,7 +44,6 @@ class SplattedLight {
 
   SplatSource source_;
   std::uint64_t rays_ = 0;
-  double points_ = 0.0;
 };
 
 }  // namespace fstop

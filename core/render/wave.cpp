@@ -417,6 +417,7 @@ RenderOutcome Wave::render(const Shot& shot, const ShotFacts& facts, double bias
                                                 .end = needs_rays ? 0.5 : 0.9},
                                                quality, half * bias, run);
   outcome.rays += survey.rays + splat_rays;
+  outcome.splats_emitters = has_emitters;
   outcome.color = light.spread().waves;
   outcome.variance = cropped(film.variance(), survey.guard);
   if (needs_rays) {
