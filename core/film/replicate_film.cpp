@@ -5,16 +5,19 @@
 #include <limits>
 
 #include "core/film/square_sums.h"
+#include "core/simd.h"
 
 namespace fstop {
 namespace {
 
-float clipped(float value) { return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value); }
+FSTOP_KERNEL float clipped(float value) { return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value); }
 
-double total(const std::array<float, kBlockPixels>& lanes) {
-  double sum = 0.0;
-  for (const float lane : lanes) sum += static_cast<double>(lane);
-  return sum;
+// By halves: short chains of additions, the same on every processor.
+FSTOP_KERNEL double total(std::array<float, kBlockPixels> lanes) {
+  for (std::size_t half = kBlockPixels / 2; half > 0; half /= 2) {
+    for (std::size_t k = 0; k < half; ++k) lanes[k] += lanes[k + half];
+  }
+  return static_cast<double>(lanes[0]);
 }
 
 // n^-kNetOrder: 1/(n n^(1/4)).
@@ -86,7 +89,8 @@ void ReplicateFilm::set_extra(int replicate, Image light) {
   extra_[static_cast<std::size_t>(replicate)] = std::move(light);
 }
 
-void ReplicateFilm::values(std::size_t r, std::size_t block, Lanes& values) const noexcept {
+FSTOP_KERNEL void ReplicateFilm::values(std::size_t r, std::size_t block,
+                                        Lanes& values) const noexcept {
   const std::uint32_t count = counts_[r][block];
   if (count == 0) {
     values = {};
@@ -105,7 +109,7 @@ void ReplicateFilm::values(std::size_t r, std::size_t block, Lanes& values) cons
   });
 }
 
-ReplicateFilm::RowSums ReplicateFilm::row_sums(int row) const noexcept {
+FSTOP_KERNEL ReplicateFilm::RowSums ReplicateFilm::any_row_sums(int row) const noexcept {
   RowSums sums;
   for (int column = 0; column < grid_.columns; ++column) {
     const std::size_t block = grid_.index(column, row);
@@ -135,9 +139,17 @@ ReplicateFilm::RowSums ReplicateFilm::row_sums(int row) const noexcept {
     sums.clipped.add(total(clipped_squares) / 3.0);
     sums.unclipped.add(total(squares) / 3.0);
     sums.energy += total(light);
-    sums.energy_variance += std::pow(total(off), 2);
+    const double all_off = total(off);
+    sums.energy_variance += all_off * all_off;
   }
   return sums;
+}
+
+ReplicateFilm::RowSums ReplicateFilm::row_sums(int row) const noexcept {
+  return has_avx512() ? wide_row_sums(row) : any_row_sums(row);
+}
+FSTOP_AVX512 ReplicateFilm::RowSums ReplicateFilm::wide_row_sums(int row) const noexcept {
+  return any_row_sums(row);
 }
 
 NoiseEstimate ReplicateFilm::noise(const RunControl& run) const {
@@ -163,15 +175,15 @@ NoiseEstimate ReplicateFilm::noise(const RunControl& run) const {
           .energy = all.energy > 0.0 ? std::sqrt(all.energy_variance) / all.energy : 0.0};
 }
 
-Image ReplicateFilm::replicate(int replicate) const {
+Image ReplicateFilm::replicate(int replicate, const RunControl& run) const {
   Image image(grid_.width, grid_.height, 3);
-  for (std::size_t block = 0; block < grid_.count(); ++block) {
-    Lanes v;
-    values(static_cast<std::size_t>(replicate), block, v);
-    grid_.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
-      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = v.value[c][lane];
-    });
-  }
+  parallel_for(run, grid_.rows, [&](int row) {
+    for (int column = 0; column < grid_.columns; ++column) {
+      Lanes v;
+      values(static_cast<std::size_t>(replicate), grid_.index(column, row), v);
+      write(grid_.index(column, row), v, image);
+    }
+  });
   return image;
 }
 
@@ -186,13 +198,17 @@ void ReplicateFilm::write_mean(std::size_t block, Image& image) const noexcept {
       a.value[c][k] = share * (a.value[c][k] + b.value[c][k]);
     }
   }
+  write(block, a, image);
+}
+
+void ReplicateFilm::write(std::size_t block, const Lanes& values, Image& image) const noexcept {
   const int right = std::min(kBlockSide, grid_.width - grid_.left(block));
   const int bottom = std::min(kBlockSide, grid_.height - grid_.top(block));
   for (int y = 0; y < bottom; ++y) {
     float* pixel = image.at(grid_.left(block), grid_.top(block) + y);
     for (int x = 0; x < right; ++x, pixel += 3) {
       const auto lane = static_cast<std::size_t>(kBlockSide * y + x);
-      for (std::size_t c = 0; c < 3; ++c) pixel[c] = a.value[c][lane];
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] = values.value[c][lane];
     }
   }
 }

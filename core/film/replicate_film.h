@@ -64,7 +64,7 @@ class ReplicateFilm {
 
   /// (A + B)/2, 3 channels; where one replicate has no samples, the other.
   Image mean(const RunControl& run = {}) const;
-  Image replicate(int replicate) const;
+  Image replicate(int replicate, const RunControl& run = {}) const;
   /// Mean of (A - B)^2/4 over tiles of kErrorTile pixels a side, 3 channels, every pixel its
   /// tile's.
   Image tile_variance(const RunControl& run = {}) const;
@@ -86,7 +86,10 @@ class ReplicateFilm {
   // Values of a block in one replicate; 0 without samples.
   void values(std::size_t replicate, std::size_t block, Lanes& values) const noexcept;
   RowSums row_sums(int row) const noexcept;
+  RowSums any_row_sums(int row) const noexcept;
+  RowSums wide_row_sums(int row) const noexcept;
   void write_mean(std::size_t block, Image& image) const noexcept;
+  void write(std::size_t block, const Lanes& values, Image& image) const noexcept;
 
   BlockGrid grid_;
   std::array<std::unique_ptr<Lanes[]>, kReplicates> sums_;

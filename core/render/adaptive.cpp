@@ -172,20 +172,23 @@ class Rounds {
     const std::uint32_t count = quality_.max_time_ms ? 2 : pilot_samples(quality_.max_error);
     picture_.trace(picture_.uniform(count / 2, count / 2), 0.05);
     const Clock::time_point start = Clock::now();
-    const double half = picture_.film().noise(run_).mse;
+    const NoiseEstimate first = picture_.film().noise(run_);
+    const double half = first.mse;
     finish_ms_ = kFinishPasses * ms_since(start);
-    if (run_.preview) show(picture_.film().noise(run_), picture_.film().mean(run_));
+    if (run_.preview) show(first, picture_.film().mean(run_));
     // In time only where another such pass fits.
     if (quality_.max_time_ms && left_ms() * picture_.samples_per_ms() < picture_.samples()) return;
     picture_.trace(picture_.uniform(count, count), 0.1, deadline());
-    const double whole = picture_.film().noise(run_).mse;
+    seen_ = picture_.film().noise(run_);
+    const double whole = seen_->mse;
     // How fast this picture's nets converge, as the pilot's doubling showed.
     if (whole > 0.0 && half > whole) order_ = std::clamp(std::log2(half / whole), 1.0, 1.75);
   }
 
   Judgement judged() {
     const Clock::time_point start = Clock::now();
-    const NoiseEstimate raw = picture_.film().noise(run_);
+    const NoiseEstimate raw = seen_ ? *seen_ : picture_.film().noise(run_);
+    seen_.reset();
     Judgement known{.noise = raw, .variance = raw.mse};
     if (sharing_ != nullptr) known = sharing_->judged(picture_.film(), raw, kAim * goal_);
     noise_ = known.noise;
@@ -268,6 +271,7 @@ class Rounds {
   double goal_;
   double order_ = ReplicateFilm::kNetOrder;
   double finish_ms_ = 0.0;
+  std::optional<NoiseEstimate> seen_ = {};  // of the film as it is
   std::optional<Clock::time_point> previewed_ = {};
   NoiseEstimate noise_ = {};
   std::string warning_ = {};

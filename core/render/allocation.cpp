@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace fstop {
 namespace {
@@ -79,10 +80,11 @@ class Allocator {
   }
 
   Allocation find() const {
-    // The scale's logarithm, in half octaves.
-    double low = -80.0;
-    double high = 160.0;
-    for (int i = 0; i < 30; ++i) {
+    // The scale's logarithm, in half octaves: from no block wanting more than one sample to every
+    // block wanting the most.
+    double low = -static_cast<double>(most_wish_) - 1.0;
+    double high = Steps::kCount - static_cast<double>(least_wish_);
+    for (int i = 0; i < 14; ++i) {
       const double middle = 0.5 * (low + high);
       const Outcome outcome = at(middle);
       const bool enough = outcome.mse <= goal_.mse || outcome.samples > goal_.budget;
@@ -112,8 +114,9 @@ class Allocator {
     for (std::size_t block = 0; block < spreads.size(); ++block) {
       const std::uint32_t count = film_.samples(replicate, block);
       Candidate c{.spread = std::max(spreads[block], least), .pixels = film_.grid().pixels(block)};
-      c.log_wish =
-          static_cast<float>(2.0 * std::log2(static_cast<double>(c.spread)) / (1.0 + goal_.order));
+      c.log_wish = static_cast<float>(2.0 / (1.0 + goal_.order)) * std::log2(c.spread);
+      least_wish_ = std::min(least_wish_, c.log_wish);
+      most_wish_ = std::max(most_wish_, c.log_wish);
       c.now = steps_.at_least(count);
       const double most = std::min(goal_.most_growth * count, double(goal_.most_samples));
       c.most = std::max(c.now, steps_.at_least(most));
@@ -161,6 +164,8 @@ class Allocator {
   Steps steps_;
   std::vector<Candidate> candidates_ = {};
   double now_ = 0.0;
+  float least_wish_ = std::numeric_limits<float>::infinity();
+  float most_wish_ = -std::numeric_limits<float>::infinity();
 };
 
 }  // namespace

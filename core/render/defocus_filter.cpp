@@ -75,8 +75,6 @@ int mirrored_index(int i, int size) {
   return i < size ? i : period - i;
 }
 
-double clipped(float value) { return std::clamp(static_cast<double>(value), 0.0, 1.0); }
-
 // Smallest blur diameter of each tile's own blocks, pixels.
 std::vector<float> tile_blurs(const ReplicateFilm& film, double blur_px, int columns, int rows) {
   std::vector<float> blurs(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows),
@@ -93,34 +91,34 @@ std::vector<float> tile_blurs(const ReplicateFilm& film, double blur_px, int col
 }
 
 // Light brighter than a pixel shows stays where it is.
-void sharpen_bright(const Image& picture, int columns, std::vector<float>& blurs) {
-  for (int y = 0; y < picture.height(); ++y) {
-    const auto row = static_cast<std::size_t>(y / kSide) * static_cast<std::size_t>(columns);
-    for (int left = 0; left < picture.width(); left += kSide) {
-      const int count = 3 * (std::min(left + kSide, picture.width()) - left);
-      const float* p = picture.at(left, y);
-      float brightest = 0.0F;
-      for (int i = 0; i < count; ++i) brightest = p[i] > brightest ? p[i] : brightest;
-      if (brightest > 1.0F) blurs[row + static_cast<std::size_t>(left / kSide)] = 0.0F;
+void sharpen_bright(const Image& picture, int columns, std::vector<float>& blurs,
+                    const RunControl& run) {
+  const int tile_rows = (picture.height() + kSide - 1) / kSide;
+  parallel_for(run, tile_rows, [&](int row) {
+    float* blur = blurs.data() + static_cast<std::ptrdiff_t>(row) * columns;
+    for (int y = row * kSide; y < std::min((row + 1) * kSide, picture.height()); ++y) {
+      for (int column = 0; column < columns; ++column) {
+        const int left = column * kSide;
+        const int count = 3 * (std::min(left + kSide, picture.width()) - left);
+        const float* p = picture.at(left, y);
+        bool is_bright = false;
+        for (int i = 0; i < count; ++i) is_bright |= p[i] > 1.0F;
+        if (is_bright) blur[column] = 0.0F;
+      }
     }
-  }
+  });
 }
-
-struct UnitSums {
-  double variance = 0.0;
-  double bias = 0.0;
-};
 
 }  // namespace
 
 DefocusFilter::DefocusFilter(const ReplicateFilm& film, const Image& a, const Image& b,
-                             double blur_px, const FilterKind& kind)
+                             double blur_px, const FilterKind& kind, const RunControl& run)
     : columns_((film.grid().width + kTileSide - 1) / kTileSide),
       rows_((film.grid().height + kTileSide - 1) / kTileSide),
       kind_(kind) {
   std::vector<float> blurs = tile_blurs(film, blur_px, columns_, rows_);
-  sharpen_bright(a, columns_, blurs);
-  sharpen_bright(b, columns_, blurs);
+  sharpen_bright(a, columns_, blurs, run);
+  sharpen_bright(b, columns_, blurs, run);
   // Parabolas are kept by three weights only as they are.
   const int least = kind.keeps_parabolas ? 2 : 1;
   const auto at = [&](int column, int row) {
@@ -186,65 +184,119 @@ void DefocusFilter::filter_tile(const Image& picture, int column, int row, Image
 
 Image DefocusFilter::applied(const Image& picture, const RunControl& run) const {
   Image result(picture.width(), picture.height(), 3);
-  const RunControl silent{.stop = run.stop, .workers = run.workers};
-  parallel_for(silent, rows_, [&](int row) {
+  parallel_for(run, rows_, [&](int row) {
     for (int column = 0; column < columns_; ++column) filter_tile(picture, column, row, result);
   });
   return result;
 }
 
+namespace {
+
+constexpr int kUnitTiles = 2;  // along the side of a unit of the certificate
+
+// What a row of units adds to the certificate.
+struct CertificateRow {
+  SquareSums total = {};  // variance + bias of each unit
+  double variance = 0.0;
+  double bias = 0.0;
+  using ByRadius = std::array<double, DefocusFilter::kLargestRadius + 1>;
+  ByRadius raw = {};   // variance of the unfiltered picture
+  ByRadius left = {};  // and of the filtered one
+};
+
+// Sums over the values of a tile, one for each of a row's.
+struct TileSums {
+  std::array<float, kRow> variance = {};
+  std::array<float, kRow> bias = {};
+  std::array<float, kRow> raw = {};
+
+  static double total(const std::array<float, kRow>& lanes) {
+    double sum = 0.0;
+    for (const float lane : lanes) sum += static_cast<double>(lane);
+    return sum;
+  }
+};
+
+float clipped(float value) { return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value); }
+
+// `count` values of both replicates, before and after the filter.
+void add_row(const float* a, const float* b, const float* filtered_a, const float* filtered_b,
+             std::size_t count, TileSums& sums) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float off = clipped(filtered_a[i]) - clipped(filtered_b[i]);
+    const float before = clipped(a[i]) - clipped(b[i]);
+    sums.variance[i] += off * off;
+    sums.bias[i] += (filtered_a[i] - a[i]) * (filtered_b[i] - b[i]);
+    sums.raw[i] += before * before;
+  }
+}
+
+}  // namespace
+
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
-                                     const Image& filtered_a, const Image& filtered_b) {
-  constexpr int kUnitTiles = 2;  // along a unit's side
+                                     const Image& filtered_a, const Image& filtered_b,
+                                     const RunControl& run) {
   const int unit_columns = (filter.columns() + kUnitTiles - 1) / kUnitTiles;
   const int unit_rows = (filter.rows() + kUnitTiles - 1) / kUnitTiles;
-  std::vector<UnitSums> units(static_cast<std::size_t>(unit_columns) *
-                              static_cast<std::size_t>(unit_rows));
-  std::array<double, DefocusFilter::kLargestRadius + 1> raw = {};
-  std::array<double, DefocusFilter::kLargestRadius + 1> left = {};
-  for (int row = 0; row < filter.rows(); ++row) {
-    for (int column = 0; column < filter.columns(); ++column) {
-      UnitSums sums;
-      double unfiltered = 0.0;
-      for (int y = row * kSide; y < std::min((row + 1) * kSide, a.height()); ++y) {
-        const int begin = column * kSide;
-        const int count = 3 * (std::min(begin + kSide, a.width()) - begin);
-        const float* pa = a.at(begin, y);
-        const float* pb = b.at(begin, y);
-        const float* fa = filtered_a.at(begin, y);
-        const float* fb = filtered_b.at(begin, y);
-        for (int i = 0; i < count; ++i) {
-          const double off = clipped(fa[i]) - clipped(fb[i]);
-          const double before = clipped(pa[i]) - clipped(pb[i]);
-          sums.variance += 0.25 * off * off;
-          sums.bias += static_cast<double>(fa[i] - pa[i]) * static_cast<double>(fb[i] - pb[i]);
-          unfiltered += 0.25 * before * before;
+  std::vector<CertificateRow> rows(static_cast<std::size_t>(unit_rows));
+  const auto measure_tile = [&](int column, int row) {
+    TileSums sums;
+    const int begin = column * kSide;
+    const auto count = static_cast<std::size_t>(3 * (std::min(begin + kSide, a.width()) - begin));
+    for (int y = row * kSide; y < std::min((row + 1) * kSide, a.height()); ++y) {
+      const float* pa = a.at(begin, y);
+      const float* pb = b.at(begin, y);
+      const float* fa = filtered_a.at(begin, y);
+      const float* fb = filtered_b.at(begin, y);
+      if (count == kRow) {
+        add_row(pa, pb, fa, fb, kRow, sums);  // of a known length
+      } else {
+        add_row(pa, pb, fa, fb, count, sums);
+      }
+    }
+    return sums;
+  };
+  parallel_for(run, unit_rows, [&](int unit_row) {
+    CertificateRow& result = rows[static_cast<std::size_t>(unit_row)];
+    const int bottom = std::min(filter.rows(), (unit_row + 1) * kUnitTiles);
+    for (int unit = 0; unit < unit_columns; ++unit) {
+      double squares = 0.0;
+      const int right = std::min(filter.columns(), (unit + 1) * kUnitTiles);
+      for (int row = unit_row * kUnitTiles; row < bottom; ++row) {
+        for (int column = unit * kUnitTiles; column < right; ++column) {
+          const TileSums sums = measure_tile(column, row);
+          const auto radius = static_cast<std::size_t>(filter.radius(column, row));
+          const double variance = 0.25 * TileSums::total(sums.variance);
+          const double bias = TileSums::total(sums.bias);
+          result.raw[radius] += 0.25 * TileSums::total(sums.raw);
+          result.left[radius] += variance;
+          result.variance += variance;
+          result.bias += bias;
+          squares += variance + bias;
         }
       }
-      const auto radius = static_cast<std::size_t>(filter.radius(column, row));
-      raw[radius] += unfiltered;
-      left[radius] += sums.variance;
-      UnitSums& unit = units[static_cast<std::size_t>(row / kUnitTiles) *
-                                 static_cast<std::size_t>(unit_columns) +
-                             static_cast<std::size_t>(column / kUnitTiles)];
-      unit.variance += sums.variance;
-      unit.bias += sums.bias;
+      result.total.add(squares);
+    }
+  });
+  CertificateRow all;
+  for (const CertificateRow& row : rows) {  // in order: sums never depend on the threads
+    all.total.add(row.total);
+    all.variance += row.variance;
+    all.bias += row.bias;
+    for (std::size_t r = 0; r < row.raw.size(); ++r) {
+      all.raw[r] += row.raw[r];
+      all.left[r] += row.left[r];
     }
   }
-  SquareSums total;
-  FilterCertificate result;
   const double values = 3.0 * a.width() * a.height();
-  for (const UnitSums& unit : units) {
-    total.add(unit.variance + unit.bias);
-    result.variance += unit.variance / values;
-    result.bias_squared += unit.bias / values;
+  const double units = static_cast<double>(unit_columns) * unit_rows;
+  const double per_value = units / values;
+  FilterCertificate result{.variance = all.variance / values, .bias_squared = all.bias / values};
+  result.mse = std::max(0.0, per_value * all.total.mean(units));
+  result.mse_upper_95 = std::max(result.mse, per_value * all.total.upper_95(units, 2.0));
+  for (std::size_t r = 0; r < all.raw.size(); ++r) {
+    result.gain[r] = all.raw[r] > 0.0 ? all.left[r] / all.raw[r] : 1.0;
   }
-  const auto count = static_cast<double>(units.size());
-  const double per_value = count / values;
-  result.mse = std::max(0.0, per_value * total.mean(count));
-  result.mse_upper_95 = std::max(result.mse, per_value * total.upper_95(count, 2.0));
-  for (std::size_t r = 0; r < raw.size(); ++r)
-    result.gain[r] = raw[r] > 0.0 ? left[r] / raw[r] : 1.0;
   return result;
 }
 

@@ -34,7 +34,7 @@ class DefocusFilter {
   /// `a`, `b`: the film's replicates; `blur_px`: blur diameter in pixels of a vergence of 1/metre
   /// beside the focus.
   DefocusFilter(const ReplicateFilm& film, const Image& a, const Image& b, double blur_px,
-                const FilterKind& kind);
+                const FilterKind& kind, const RunControl& run = {});
 
   bool does_something() const noexcept { return filters_; }
   int columns() const noexcept { return columns_; }
@@ -76,7 +76,8 @@ struct FilterCertificate {
 /// to [0,1] for the variance. The bound takes areas of 16 x 16 pixels as units and doubles their
 /// scatter for what neighbours share.
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
-                                     const Image& filtered_a, const Image& filtered_b);
+                                     const Image& filtered_a, const Image& filtered_b,
+                                     const RunControl& run = {});
 
 /// The same by tiles of kErrorTile pixels a side, 3 channels, not clipped: every pixel has its
 /// tile's expected square of the error, at least 0.

@@ -17,16 +17,16 @@ double samples_needed(const FilterCertificate& c, double goal) {
 }  // namespace
 
 Judgement Sharing::judged(const ReplicateFilm& film, const NoiseEstimate& raw, double goal) {
-  const Image a = film.replicate(0);
-  const Image b = film.replicate(1);
+  const Image a = film.replicate(0, run_);
+  const Image b = film.replicate(1, run_);
   if (!chosen_) {
     // A plain mean of narrow windows is best where few samples do, parabolas where many must.
-    const Try mean = tried(film, a, b, {.keeps_parabolas = false, .share = 0.18});
-    const Try parabola = tried(film, a, b, {.keeps_parabolas = true, .share = 0.35});
+    Try mean = tried(film, a, b, {.keeps_parabolas = false, .share = 0.18});
+    Try parabola = tried(film, a, b, {.keeps_parabolas = true, .share = 0.35});
     chosen_ = samples_needed(mean.certificate, goal) < samples_needed(parabola.certificate, goal)
                   ? mean.kind
                   : parabola.kind;
-    last_ = chosen_->keeps_parabolas ? parabola : mean;
+    last_ = std::move(chosen_->keeps_parabolas ? parabola : mean);
   } else {
     last_ = tried(film, a, b, *chosen_);
   }
@@ -72,7 +72,7 @@ int Sharing::widest() const {
 Sharing::Try Sharing::tried(const ReplicateFilm& film, const Image& a, const Image& b,
                             const FilterKind& kind) const {
   Try result{.kind = kind};
-  result.filter.emplace(film, a, b, blur_px_, kind);
+  result.filter.emplace(film, a, b, blur_px_, kind, run_);
   if (!result.filter->does_something()) {
     result.filter.reset();
     result.certificate.mse = result.certificate.mse_upper_95 = result.certificate.variance =
@@ -81,7 +81,7 @@ Sharing::Try Sharing::tried(const ReplicateFilm& film, const Image& a, const Ima
   }
   result.a = result.filter->applied(a, run_);
   result.b = result.filter->applied(b, run_);
-  result.certificate = filter_certificate(*result.filter, a, b, result.a, result.b);
+  result.certificate = filter_certificate(*result.filter, a, b, result.a, result.b, run_);
   return result;
 }
 
