@@ -1,5 +1,7 @@
 #include "core/render/lens_sampling.h"
 
+#include <cmath>
+
 #include "core/render/adaptive.h"
 #include "core/render/progressive.h"
 #include "core/render/splatted_light.h"
@@ -20,6 +22,14 @@ Quote LensSampling::quote(const Shot& shot, const ShotFacts& facts) const {
   }
   Quote quote;
   quote.error.effects = omitted_diffraction(shot, facts);
+  // What samples miss their noise does not show. As for a disc that is missing: pixels change by at
+  // most 1, so that the sum of squares is at most that of the light, not here and seen elsewhere.
+  if (facts.emitters_splatted > 0) {
+    quote.error.effects.push_back(
+        {.effect = "small emitters left to samples",
+         .why = "which may miss their discs or thin them out",
+         .offset = std::sqrt(2.0 * facts.emitter_px / facts.pixel_count)});
+  }
   quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // Pixels mix what lies within a blur disc: their spread is that of the whole picture.
   quote.cost_rays = predicted_rays(facts, shot.quality.max_error, facts.contrast);

@@ -148,7 +148,7 @@ void add_depths(std::vector<Regime>& all) {
   Stage mirror("mirror of what is out of focus", photo(0.05, 1.4, 1.0));
   const double side = mirror.width_at(1.0);
   // In focus itself, it turns the view by a right angle to a card 4 m aside.
-  mirror.quad({-side, -side, -1.0 - side}, {2 * side, 0, 2 * side}, {0, 2 * side, 0}, kMirror)
+  mirror.quad({-side, -side, -1.0 + side}, {2 * side, 0, -2 * side}, {0, 2 * side, 0}, kMirror)
       .quad({4.0, -4.0, -5.0}, {0, 0, 8}, {0, 8, 0}, kCard);
   all.push_back(mirror.done());
 }

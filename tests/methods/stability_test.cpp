@@ -14,6 +14,7 @@ TEST(Stability, EveryMethodHoldsItsBoundOrRefusesInEveryRegime) {
   for (const Regime& regime : stability_regimes(48, 0.03)) {
     const std::vector<StabilityCell> some = stability_cells(regime, 1024, 2);
     print_stability(std::cout, some);
+    std::cout << std::flush;
     cells.insert(cells.end(), some.begin(), some.end());
   }
   int told = 0;

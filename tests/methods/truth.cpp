@@ -63,6 +63,7 @@ TrueError Truth::error_of(const Image& picture) const {
   const double e2 = 2.0 * noise_ * noise_;
   const double mse_scatter = std::sqrt((2.0 * mse * e2 + e2 * e2) / independent);
   const double rmse = std::sqrt(mse);
+  if (mse_scatter <= 0.0) return {.rmse = rmse};
   return {.rmse = rmse, .scatter = mse_scatter / (2.0 * std::max(rmse, std::sqrt(mse_scatter)))};
 }
 
