@@ -34,7 +34,8 @@ struct ReplicateFilm::RowSums {
   SquareSums unclipped = {};     // (A - B)^2/4 by block
   double energy = 0.0;           // (A + B)/2
   double energy_variance = 0.0;  // squares of blocks' (A - B)/2
-  bool known = true;             // both replicates have samples everywhere
+  double paired = 0.0;           // blocks that both replicates have sampled
+  double single = 0.0;           // and that one has
 };
 
 ReplicateFilm::ReplicateFilm(int width, int height) : grid_(width, height) {
@@ -113,11 +114,19 @@ FSTOP_KERNEL ReplicateFilm::RowSums ReplicateFilm::any_row_sums(int row) const n
   RowSums sums;
   for (int column = 0; column < grid_.columns; ++column) {
     const std::size_t block = grid_.index(column, row);
-    sums.known = sums.known && counts_[0][block] > 0 && counts_[1][block] > 0;
+    const bool has_a = counts_[0][block] > 0;
+    const bool has_b = counts_[1][block] > 0;
+    if (!has_a && !has_b) continue;
     Lanes a;
     Lanes b;
     values(0, block, a);
     values(1, block, b);
+    if (has_a != has_b) {
+      sums.single += 1.0;
+      for (const auto& channel : (has_a ? a : b).value) sums.energy += total(channel);
+      continue;
+    }
+    sums.paired += 1.0;
     std::array<float, kBlockPixels> clipped_squares = {};
     std::array<float, kBlockPixels> squares = {};
     std::array<float, kBlockPixels> light = {};
@@ -162,17 +171,27 @@ NoiseEstimate ReplicateFilm::noise(const RunControl& run) const {
     all.unclipped.add(row.unclipped);
     all.energy += row.energy;
     all.energy_variance += row.energy_variance;
-    all.known = all.known && row.known;
+    all.paired += row.paired;
+    all.single += row.single;
   }
-  if (!all.known)
-    return {.mse = 1.0, .mse_upper_95 = 1.0, .unclipped_mse_upper_95 = 1.0, .energy = 1.0};
-  // Sums are per block, figures per pixel.
   const auto blocks = static_cast<double>(grid_.count());
-  const double per_pixel = blocks / (static_cast<double>(grid_.width) * grid_.height);
-  return {.mse = per_pixel * all.clipped.mean(blocks),
-          .mse_upper_95 = per_pixel * all.clipped.upper_95(blocks),
-          .unclipped_mse_upper_95 = per_pixel * all.unclipped.upper_95(blocks),
-          .energy = all.energy > 0.0 ? std::sqrt(all.energy_variance) / all.energy : 0.0};
+  if (all.paired < 1.0 || all.paired + all.single < blocks) {
+    return {.mse = 1.0, .mse_upper_95 = 1.0, .unclipped_mse_upper_95 = 1.0, .energy = 1.0};
+  }
+  // Sums are per block, figures per pixel. One replicate alone has twice the variance of both.
+  const double pairs = all.paired;
+  const double alone = (pairs + 2.0 * all.single) / blocks;
+  const double scale = alone * blocks / (static_cast<double>(grid_.width) * grid_.height);
+  const double energy_variance = all.energy_variance * alone * blocks / pairs;
+  return {.mse = scale * all.clipped.mean(pairs),
+          .mse_upper_95 = scale * all.clipped.upper_95(pairs),
+          .unclipped_mse_upper_95 = scale * all.unclipped.upper_95(pairs),
+          .energy = all.energy > 0.0 ? std::sqrt(energy_variance) / all.energy : 0.0};
+}
+
+bool ReplicateFilm::is_paired() const noexcept {
+  const auto sampled = [](std::uint32_t count) { return count > 0; };
+  return std::ranges::all_of(counts_[0], sampled) && std::ranges::all_of(counts_[1], sampled);
 }
 
 Image ReplicateFilm::replicate(int replicate, const RunControl& run) const {
@@ -228,6 +247,7 @@ Image ReplicateFilm::tile_variance(const RunControl& run) const {
   constexpr int kBlocks = kErrorTile / kBlockSide;  // a side
   const int tile_columns = (grid_.columns + kBlocks - 1) / kBlocks;
   const int tile_rows = (grid_.rows + kBlocks - 1) / kBlocks;
+  const double anywhere = noise(run).mse;  // where no block of a tile has both replicates
   Image image(grid_.width, grid_.height, 3);
   parallel_for(run, tile_columns * tile_rows, [&](int tile) {
     const int left = tile % tile_columns * kBlocks;
@@ -236,13 +256,17 @@ Image ReplicateFilm::tile_variance(const RunControl& run) const {
     const int bottom = std::min(grid_.rows, top + kBlocks);
     std::array<double, 3> squares = {};
     double pixels = 0.0;
+    double single = 0.0;
     for (int row = top; row < bottom; ++row) {
       for (int column = left; column < right; ++column) {
+        const std::size_t block = grid_.index(column, row);
+        const bool is_pair = counts_[0][block] > 0 && counts_[1][block] > 0;
+        (is_pair ? pixels : single) += grid_.pixels(block);
+        if (!is_pair) continue;
         Lanes a;
         Lanes b;
-        values(0, grid_.index(column, row), a);
-        values(1, grid_.index(column, row), b);
-        pixels += grid_.pixels(grid_.index(column, row));
+        values(0, block, a);
+        values(1, block, b);
         for (std::size_t c = 0; c < 3; ++c) {
           for (std::size_t k = 0; k < kBlockPixels; ++k) {
             const double off = 0.5 * (double(a.value[c][k]) - double(b.value[c][k]));
@@ -251,12 +275,15 @@ Image ReplicateFilm::tile_variance(const RunControl& run) const {
         }
       }
     }
+    const double alone = (pixels + 2.0 * single) / (pixels + single);
+    std::array<float, 3> found;
+    for (std::size_t c = 0; c < 3; ++c) {
+      found[c] = static_cast<float>(alone * (pixels > 0.0 ? squares[c] / pixels : anywhere));
+    }
     for (int row = top; row < bottom; ++row) {
       for (int column = left; column < right; ++column) {
         grid_.for_each_pixel(grid_.index(column, row), [&](std::size_t, int x, int y) {
-          for (std::size_t c = 0; c < 3; ++c) {
-            image.at(x, y)[c] = static_cast<float>(squares[c] / pixels);
-          }
+          std::ranges::copy(found, image.at(x, y));
         });
       }
     }

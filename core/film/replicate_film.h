@@ -59,8 +59,13 @@ class ReplicateFilm {
   /// would hide what their mean, clipped less, still shows.
   /// Blocks are the independent units: their pixels share pupil points. The bounds add 1.645 sqrt 2
   /// standard errors of the mean over blocks, as the error that was made scatters like the
-  /// estimate. Without samples in both replicates nothing is known: the bound is 1.
+  /// estimate. Where only one replicate has samples its error counts twice that of the blocks that
+  /// both have sampled, which must have been chosen blindly. Without such blocks, or with blocks
+  /// that none has sampled, nothing is known: the bound is 1.
   NoiseEstimate noise(const RunControl& run = {}) const;
+
+  /// Whether both replicates have samples everywhere.
+  bool is_paired() const noexcept;
 
   /// (A + B)/2, 3 channels; where one replicate has no samples, the other.
   Image mean(const RunControl& run = {}) const;

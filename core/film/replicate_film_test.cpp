@@ -108,6 +108,34 @@ TEST(ReplicateFilm, ExtraLightIsAddedToItsReplicate) {
   EXPECT_NEAR(film.mean().at(4, 4)[1], ramp(4, 4, 1), kRounding * 2.0);
 }
 
+// One sample a pixel of variance 0.01; where the second replicate has one too, half of it is left.
+TEST(ReplicateFilm, AFewBlocksOfTheSecondReplicateTellTheErrorOfTheFirst) {
+  ReplicateFilm film(64, 64);
+  std::mt19937 generator(7);
+  std::normal_distribution<double> light(0.5, 0.1);
+  const auto noisy = [&](int, int, int) { return light(generator); };
+  expose(film, 0, 1, noisy);
+  EXPECT_FALSE(film.is_paired());
+  EXPECT_EQ(film.noise().mse_upper_95, 1.0);
+  int paired = 0;
+  for (std::size_t block = 3; block < film.grid().count(); block += 8, ++paired) {
+    film.add(1, block, sums_of(film.grid(), block, 1, noisy), 1);
+  }
+  const double share = paired / 256.0;
+  const double expected = 0.01 * (1.0 - share) + 0.005 * share;
+  // Told by 48 values of each pair: chi^2, four standard deviations.
+  const double scatter = 4.0 * std::sqrt(2.0 / (48.0 * paired));
+  EXPECT_NEAR(film.noise().mse, expected, scatter * expected);
+  EXPECT_GT(film.noise().mse_upper_95, film.noise().mse);
+  // A tile of 16 blocks holds two pairs.
+  const Image tiles = film.tile_variance();
+  EXPECT_NEAR(tiles.at(40, 40)[1], 0.01 * 14.0 / 16.0 + 0.005 * 2.0 / 16.0, 0.01 * 0.71);
+  double off = 0.0;
+  const Image mean = film.mean();
+  for (const float value : mean.pixels()) off += std::pow(static_cast<double>(value) - 0.5, 2);
+  EXPECT_NEAR(off / (64.0 * 64.0 * 3.0), expected, 4.0 * std::sqrt(2.0 / 12288.0) * expected);
+}
+
 TEST(ReplicateFilm, NothingIsKnownWithoutSamplesInBothReplicates) {
   ReplicateFilm film(8, 8);
   const auto expect_unknown = [&] {
@@ -117,12 +145,14 @@ TEST(ReplicateFilm, NothingIsKnownWithoutSamplesInBothReplicates) {
     EXPECT_EQ(noise.energy, 1.0);
   };
   expect_unknown();
-  expose(film, 0, 4, ramp);
-  expect_unknown();
   for (std::size_t block = 0; block < 3; ++block) {
-    film.add(1, block, sums_of(film.grid(), block, 4, ramp), 4);
+    for (int r : {0, 1}) film.add(r, block, sums_of(film.grid(), block, 4, ramp), 4);
   }
-  expect_unknown();
+  expect_unknown();  // a block that neither has seen
+  ReplicateFilm one(8, 8);
+  expose(one, 0, 4, ramp);
+  EXPECT_EQ(one.noise().mse_upper_95, 1.0);
+  film.add(0, 3, sums_of(film.grid(), 3, 4, ramp), 4);
   film.add(1, 3, sums_of(film.grid(), 3, 4, ramp), 4);
   EXPECT_LT(film.noise().mse_upper_95, 1e-12);
 }

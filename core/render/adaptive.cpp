@@ -40,6 +40,9 @@ class Picture {
   ReplicateFilm& film() { return film_; }
   std::uint64_t rays() const { return rays_; }
   double samples() const { return samples_; }
+  double pixels() const {
+    return static_cast<double>(film_.grid().width) * film_.grid().height;
+  }
   double samples_per_ms() const { return samples_ / std::max(trace_ms_, 1e-3); }
 
   // Traces what is missing to `counts`, but begins no tile after `deadline`; progress goes to `end`
@@ -72,6 +75,17 @@ class Picture {
     trace_ms_ += ms_since(start);
   }
 
+  // One sample a pixel in replicate A, and in B for a few blocks chosen blindly, which tell the
+  // error.
+  BlockCounts first_look(std::uint32_t seed) const {
+    constexpr std::uint32_t kOneIn = 8;
+    BlockCounts counts = uniform(1, 0);
+    for (std::size_t block = 0; block < counts[1].size(); ++block) {
+      const bool chosen = hash_of(seed, static_cast<std::uint32_t>(block)) % kOneIn == 0;
+      counts[1][block] = chosen || block == 0 ? 1 : 0;
+    }
+    return counts;
+  }
   BlockCounts uniform(std::uint32_t a, std::uint32_t b) const {
     BlockCounts counts;
     counts[0].assign(film_.grid().count(), a);
@@ -143,6 +157,7 @@ class Rounds {
   Rounds(Picture& picture, const Shot& shot, double bias, Sharing* sharing, const RunControl& run)
       : picture_(picture),
         quality_(shot.quality),
+        seed_(shot.seed),
         start_(shot.start),
         bias_(bias),
         sharing_(sharing),
@@ -170,12 +185,21 @@ class Rounds {
 
   void pilot() {
     const std::uint32_t count = quality_.max_time_ms ? 2 : pilot_samples(quality_.max_error);
+    if (quality_.max_time_ms) {
+      picture_.trace(picture_.first_look(seed_), 0.02);
+      const Clock::time_point start = Clock::now();
+      const NoiseEstimate noise = picture_.film().noise(run_);
+      finish_ms_ = kFinishPasses * ms_since(start);
+      if (run_.preview) show(noise, picture_.film().mean(run_));
+      const double rest = 2.0 * picture_.pixels() - picture_.samples();
+      if (left_ms() * picture_.samples_per_ms() < rest) return;
+    }
     picture_.trace(picture_.uniform(count / 2, count / 2), 0.05);
     const Clock::time_point start = Clock::now();
     const NoiseEstimate first = picture_.film().noise(run_);
     const double half = first.mse;
     finish_ms_ = kFinishPasses * ms_since(start);
-    if (run_.preview) show(first, picture_.film().mean(run_));
+    if (run_.preview && !previewed_) show(first, picture_.film().mean(run_));
     // In time only where another such pass fits.
     if (quality_.max_time_ms && left_ms() * picture_.samples_per_ms() < picture_.samples()) return;
     picture_.trace(picture_.uniform(count, count), 0.1, deadline());
@@ -190,7 +214,8 @@ class Rounds {
     const NoiseEstimate raw = seen_ ? *seen_ : picture_.film().noise(run_);
     seen_.reset();
     Judgement known{.noise = raw, .variance = raw.mse};
-    if (sharing_ != nullptr) known = sharing_->judged(picture_.film(), raw, kAim * goal_);
+    const bool is_paired = picture_.film().is_paired();
+    if (sharing_ != nullptr && is_paired) known = sharing_->judged(picture_.film(), raw, kAim * goal_);
     noise_ = known.noise;
     // What comes after the last round: the same passes for the mean, and as much for the figures of
     // the finished picture.
@@ -250,9 +275,9 @@ class Rounds {
     if (!quality_.max_time_ms) return most;
     const double in_time = kTimeShare * left_ms() * picture_.samples_per_ms();
     const double worth_a_round = 0.1 * picture_.samples();
-    if (in_time >= worth_a_round) return std::min(most, in_time);
-    warning_ = left_ms() < 0.0 && picture_.film().samples_max() <= kReplicates
-                   ? "one sample a pixel in each replicate took longer than max_time_ms"
+    if (in_time >= worth_a_round && picture_.film().is_paired()) return std::min(most, in_time);
+    warning_ = left_ms() < 0.0 && !picture_.film().is_paired()
+                   ? "one sample a pixel took longer than max_time_ms"
                    : kOutOfTime;
     return 0.0;
   }
@@ -264,6 +289,7 @@ class Rounds {
 
   Picture& picture_;
   const QualitySpec& quality_;
+  std::uint32_t seed_;
   Clock::time_point start_;
   double bias_;
   Sharing* sharing_;

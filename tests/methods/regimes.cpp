@@ -189,8 +189,9 @@ void add_scales(std::vector<Regime>& all) {
 
 // Sizes that are the regime.
 void add_pictures(std::vector<Regime>& all) {
-  const auto sized = [](const char* name, int width, int height, double sensor_width) {
-    SimulationSpec spec = photo(0.05, 1.4, 2.0);
+  const auto sized = [](const char* name, int width, int height, double sensor_width,
+                        double f_number = 1.4) {
+    SimulationSpec spec = photo(0.05, f_number, 2.0);
     spec.width = width;
     spec.height = height;
     spec.camera.sensor_width = Length::si(sensor_width);
@@ -199,7 +200,7 @@ void add_pictures(std::vector<Regime>& all) {
   };
   all.push_back(sized("one pixel", 1, 1, 0.024));
   all.push_back(sized("one column", 1, 61, 0.5e-3));
-  all.push_back(sized("70,000 columns", 70000, 1, 0.036));
+  all.push_back(sized("70,000 columns", 70000, 1, 0.35, 8.0));  // a scanner's line: 5 um a pixel
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "tests/methods/stability.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -91,7 +92,8 @@ class RegimeTrial {
                        StabilityCell& cell) const {
     SimulationSpec finer = spec;
     finer.quality.max_error = spec.quality.max_error / 5.0;
-    finer.quality.samples = 256;
+    // Large pictures need fewer for the same certainty of their mean square.
+    finer.quality.samples = std::clamp(400'000 / (spec.width * spec.height), 16, 256);
     finer.seed = spec.seed + 77U;
     const Photograph truth = simulate(finer, scene_, run_);
     cell.note = "held against itself, finer";
