@@ -129,6 +129,21 @@ double exposure_of(const CameraSpec& camera) {
   return exposure_factor(camera.shutter_seconds, camera.exposure->iso, working_f_number(camera));
 }
 
+namespace {
+
+// Radiance below which light is traced by chance: each light then adds at most certain^2/4 to a
+// sample's variance, a sixteenth of the target's square over four samples. What is wanted in
+// a hurry has noise enough to hide more.
+float certain_light(const Shot& shot) {
+  constexpr double kInAHurry = 0.05;
+  const QualitySpec& quality = shot.quality;
+  const double value =
+      quality.max_time_ms ? std::max(kInAHurry, quality.max_error) : quality.max_error;
+  return static_cast<float>(value / std::max(exposure_of(shot.camera), 1e-6));
+}
+
+}  // namespace
+
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil) {
   const bool motion = shot.effects.motion != EffectChoice::off && shot.scene->moves();
   return {.scene = *shot.scene,
@@ -140,6 +155,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .falloff = shot.effects.falloff != EffectChoice::off,
           .exposure = static_cast<float>(exposure_of(shot.camera)),
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
+          .certain_light = certain_light(shot),
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality.max_error))};
 }
 

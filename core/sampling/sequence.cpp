@@ -145,6 +145,12 @@ void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
   scramble_all(bits, keys.pixel, stream, values);
 }
 
+float SampleSequence::decision(std::uint32_t stream, std::uint32_t index) const noexcept {
+  const std::uint32_t key = stream_key(hash_of(seed_, kDimensions), stream);
+  // The van der Corput sequence, its bits reversed, is the index.
+  return static_cast<float>(reversed(scrambled(index, key)) >> 8U) * 0x1p-24F;
+}
+
 LaneSequence::LaneSequence(const SampleSequence& sequence, Dimension dimension,
                            const LaneWords& pixels) noexcept
     : dimension_(static_cast<std::size_t>(dimension)) {

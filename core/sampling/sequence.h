@@ -39,6 +39,10 @@ class SampleSequence {
   /// Fills `values` with coordinate `dimension` of the samples `keys`.
   void fill(const SampleKeys& keys, Dimension dimension, LaneValues& values) const noexcept;
 
+  /// A number in [0, 1) for one decision of sample `index` of a stream: any 2^k consecutive aligned
+  /// indices have one in each interval of 2^-k.
+  float decision(std::uint32_t stream, std::uint32_t index) const noexcept;
+
  private:
   friend class LaneSequence;
   std::uint32_t seed_;

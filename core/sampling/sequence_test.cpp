@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include <array>
+
 #include <gtest/gtest.h>
 
 #include "tests/references/oracle.h"
@@ -342,6 +344,25 @@ TEST(HashOf, EveryBitOfBothArgumentsReachesTheResult) {
     }
   }
   EXPECT_NEAR(flipped / flips, 16.0, oracle::normal_bound(0.01) * 0.025);
+}
+
+// Eight intervals, one number in each; other streams and seeds decide otherwise.
+TEST(SampleSequence, DecisionsAreStratified) {
+  const SampleSequence sequence(3);
+  for (const std::uint32_t stream : {0U, 77U}) {
+    for (std::uint32_t first = 0; first < 64; first += 8) {
+      std::array<int, 8> seen = {};
+      for (std::uint32_t i = 0; i < 8; ++i) {
+        const float value = sequence.decision(stream, first + i);
+        ASSERT_GE(value, 0.0F);
+        ASSERT_LT(value, 1.0F);
+        ++seen[static_cast<std::size_t>(8.0F * value)];
+      }
+      for (const int count : seen) EXPECT_EQ(count, 1) << stream << ' ' << first;
+    }
+  }
+  EXPECT_NE(sequence.decision(1, 5), sequence.decision(2, 5));
+  EXPECT_NE(sequence.decision(1, 5), SampleSequence(4).decision(1, 5));
 }
 
 }  // namespace

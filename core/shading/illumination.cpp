@@ -1,5 +1,6 @@
 #include "core/shading/illumination.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/shading/lane_light.h"
@@ -151,6 +152,9 @@ class SurfaceColors {
   MaterialColors sources_;
 };
 
+// Dim light is traced at least this often.
+constexpr float kLeastChance = 0.125F;
+
 // One light's share of every lit lane, and the shadow rays that decide whether it arrives.
 class LightPass {
  public:
@@ -169,6 +173,7 @@ class LightPass {
     alignas(64) LaneMask asked;
     cast_shadow_rays(lit_, surfaces_, packet_, incident, terms, light.intensity, share_, shadow_,
                      asked);
+    if (!is_traced(asked, light_number)) return;
     std::uint64_t count = 0;
     for (const std::int32_t lane : asked) count += lane != 0 ? 1U : 0U;
     if (count == 0) return;
@@ -181,6 +186,28 @@ class LightPass {
   }
 
  private:
+  // Russian roulette for a whole packet (Arvo & Kirk 1990); those that stay are brightened.
+  bool is_traced(const LaneMask& asked, std::uint32_t light_number) {
+    if (in_.certain_light <= 0.0F) return true;
+    float brightest = 0.0F;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const float share = std::max(share_.r[k], std::max(share_.g[k], share_.b[k]));
+      brightest = std::max(brightest, asked[k] != 0 ? share : 0.0F);
+    }
+    if (brightest >= in_.certain_light) return true;
+    const float chance = std::max(kLeastChance, brightest / in_.certain_light);
+    const std::uint32_t stream =
+        hash_of(in_.keys.pixel[0], 0x5d0U + light_number + 4096U * static_cast<std::uint32_t>(in_.depth));
+    if (in_.sequence.decision(stream, in_.keys.index[0]) >= chance) return false;
+    const float more = 1.0F / chance;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      share_.r[k] *= more;
+      share_.g[k] *= more;
+      share_.b[k] *= more;
+    }
+    return true;
+  }
+
   void choose_light_points(std::uint32_t light_number) {
     SampleKeys keys = in_.keys;
     for (std::uint32_t& pixel : keys.pixel) {

@@ -13,6 +13,9 @@ struct ShadingInputs {
   SampleSequence sequence;  // chooses points of area lights
   SampleKeys keys = {};
   float footprint_rate = 0.0F;  // width that a texture lookup averages over, per metre of path
+  /// Light that adds less than this to every lane of a packet is traced as rarely as it is dim, and
+  /// counted as much more: unbiased, and with fewer shadow rays. 0: all light is traced.
+  float certain_light = 0.0F;
   int depth = 0;                // bounces before this packet: another stream of light samples
 };
 

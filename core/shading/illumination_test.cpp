@@ -351,5 +351,41 @@ TEST(RayTree, TotalReflectionTakesTheMirrorDirection) {
   EXPECT_NEAR(mirrored(grazing, {0, 0, 1}).z, -grazing.z, 1e-7);
 }
 
+// A quarter of the threshold: traced in one sample of four, four times as bright.
+TEST(Illumination, DimLightIsTracedByChanceWithoutBias) {
+  const Scene scene = [] {
+    Scene dim = lit_wall(ShadingModel::phong, 10.0);
+    dim.lights = {point_light()};
+    return dim;
+  }();
+  const RayScene ray_scene(scene);
+  const auto shaded = [&](float certain, std::uint32_t index, std::uint64_t& rays) {
+    RayPacket packet;
+    packet.set(0, {0, 0, 0}, {0, 0, -1}, kFar, 0.0F);
+    ray_scene.intersect_one(packet);
+    ShadingInputs inputs{
+        .scene = ray_scene, .sequence = SampleSequence(1), .certain_light = certain};
+    inputs.keys.index[0] = index;
+    alignas(64) LaneMask first = {-1};
+    LaneColors colors;
+    shade(inputs, packet, first, colors, rays);
+    return colors.get(0);
+  };
+  std::uint64_t rays = 0;
+  const Rgb all = shaded(0.0F, 0, rays);
+  ASSERT_EQ(rays, 1U);
+  const float own = all[0] - shaded(1e-9F, 0, rays)[0];
+  EXPECT_EQ(own, 0.0F);  // brighter than that, it is always traced
+  const float light = all[0] - 0.01F - 0.02F;  // beside emission and ambient light
+  rays = 0;
+  constexpr std::uint32_t kSamples = 64;
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < kSamples; ++i) {
+    sum += static_cast<double>(shaded(4.0F * light, i, rays)[0]);
+  }
+  EXPECT_EQ(rays, kSamples / 4);
+  EXPECT_NEAR(sum / kSamples, static_cast<double>(all[0]), 1e-4);
+}
+
 }  // namespace
 }  // namespace fstop
