@@ -10,7 +10,9 @@
 namespace fstop {
 namespace {
 
-FSTOP_KERNEL float clipped(float value) { return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value); }
+FSTOP_KERNEL float clipped(float value) {
+  return value < 0.0F ? 0.0F : (value > 1.0F ? 1.0F : value);
+}
 
 // By halves: short chains of additions, the same on every processor.
 FSTOP_KERNEL double total(std::array<float, kBlockPixels> lanes) {
@@ -195,7 +197,15 @@ bool ReplicateFilm::is_paired() const noexcept {
 }
 
 Image ReplicateFilm::replicate(int replicate, const RunControl& run) const {
-  Image image(grid_.width, grid_.height, 3);
+  Image image;
+  copy_replicate(replicate, image, run);
+  return image;
+}
+
+void ReplicateFilm::copy_replicate(int replicate, Image& image, const RunControl& run) const {
+  if (image.width() != grid_.width || image.height() != grid_.height || image.channels() != 3) {
+    image = Image(grid_.width, grid_.height, 3);
+  }
   parallel_for(run, grid_.rows, [&](int row) {
     for (int column = 0; column < grid_.columns; ++column) {
       Lanes v;
@@ -203,7 +213,6 @@ Image ReplicateFilm::replicate(int replicate, const RunControl& run) const {
       write(grid_.index(column, row), v, image);
     }
   });
-  return image;
 }
 
 void ReplicateFilm::write_mean(std::size_t block, Image& image) const noexcept {

@@ -70,6 +70,8 @@ class ReplicateFilm {
   /// (A + B)/2, 3 channels; where one replicate has no samples, the other.
   Image mean(const RunControl& run = {}) const;
   Image replicate(int replicate, const RunControl& run = {}) const;
+  /// The same into an image that may be reused.
+  void copy_replicate(int replicate, Image& image, const RunControl& run = {}) const;
   /// Mean of (A - B)^2/4 over tiles of kErrorTile pixels a side, 3 channels, every pixel its
   /// tile's.
   Image tile_variance(const RunControl& run = {}) const;

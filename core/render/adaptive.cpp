@@ -40,9 +40,7 @@ class Picture {
   ReplicateFilm& film() { return film_; }
   std::uint64_t rays() const { return rays_; }
   double samples() const { return samples_; }
-  double pixels() const {
-    return static_cast<double>(film_.grid().width) * film_.grid().height;
-  }
+  double pixels() const { return static_cast<double>(film_.grid().width) * film_.grid().height; }
   double samples_per_ms() const { return samples_ / std::max(trace_ms_, 1e-3); }
 
   // Traces what is missing to `counts`, but begins no tile after `deadline`; progress goes to `end`
@@ -215,7 +213,8 @@ class Rounds {
     seen_.reset();
     Judgement known{.noise = raw, .variance = raw.mse};
     const bool is_paired = picture_.film().is_paired();
-    if (sharing_ != nullptr && is_paired) known = sharing_->judged(picture_.film(), raw, kAim * goal_);
+    if (sharing_ != nullptr && is_paired)
+      known = sharing_->judged(picture_.film(), raw, kAim * goal_);
     noise_ = known.noise;
     // What comes after the last round: the same passes for the mean, and as much for the figures of
     // the finished picture.
@@ -304,11 +303,14 @@ class Rounds {
 };
 
 RenderOutcome finished(Picture& picture, const Shot& shot, const NoiseEstimate& noise,
-                       const RunControl& run) {
+                       const Sharing* sharing, const RunControl& run) {
   picture.report(1.0);
   const ReplicateFilm& film = picture.film();
-  return {.color = film.mean(run),
-          .variance = shot.wants_variance ? film.tile_variance(run) : Image{},
+  const bool is_shared = sharing != nullptr && sharing->is_better();
+  Image variance;
+  if (shot.wants_variance) variance = is_shared ? sharing->error_tiles() : film.tile_variance(run);
+  return {.color = is_shared ? sharing->picture() : film.mean(run),
+          .variance = std::move(variance),
           .samples_mean = film.samples_mean(),
           .samples_max = film.samples_max(),
           .noise = noise,
@@ -360,15 +362,13 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
     noise = rounds.noise();
     warning = rounds.warning();
   }
-  RenderOutcome outcome = finished(picture, shot, noise, run);
+  RenderOutcome outcome = finished(picture, shot, noise, shared, run);
   if (!warning.empty()) outcome.warnings.push_back(warning);
   if (light) {
     outcome.rays += light->rays();
     outcome.splats_emitters = true;
   }
   if (!sharing || !sharing->is_better()) return outcome;
-  outcome.color = sharing->picture();
-  if (shot.wants_variance) outcome.variance = sharing->error_tiles(picture.film());
   outcome.shared =
       SharedSamples{.widest_window = sharing->widest(),
                     .bias = std::sqrt(std::max(0.0, sharing->certificate().bias_squared))};

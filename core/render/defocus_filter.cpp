@@ -41,7 +41,7 @@ struct alignas(64) Strip {
 };
 
 FSTOP_KERNEL void smooth(const Surroundings& in, int radius, const Weights& weights, Strip& strip,
-                         Strip& out) {
+                         DefocusFilter::Tile& out) {
   for (int y = 0; y < kSide + 2 * radius; ++y) {
     std::array<float, kRow> sum = {};
     for (int i = 0; i <= 2 * radius; ++i) {
@@ -64,7 +64,7 @@ FSTOP_KERNEL void smooth(const Surroundings& in, int radius, const Weights& weig
   }
 }
 FSTOP_AVX512 void smooth_wide(const Surroundings& in, int radius, const Weights& weights,
-                              Strip& strip, Strip& out) {
+                              Strip& strip, DefocusFilter::Tile& out) {
   smooth(in, radius, weights, strip, out);
 }
 
@@ -141,15 +141,16 @@ DefocusFilter::DefocusFilter(const ReplicateFilm& film, const Image& a, const Im
   }
 }
 
-void DefocusFilter::filter_tile(const Image& picture, int column, int row, Image& result) const {
+void DefocusFilter::filter_tile(const Image& picture, int column, int row,
+                                Tile& result) const noexcept {
   const int left = column * kTileSide;
   const int top = row * kTileSide;
-  const int right = std::min(left + kTileSide, picture.width());
-  const int bottom = std::min(top + kTileSide, picture.height());
+  const int width = std::min(kTileSide, picture.width() - left);
   const int reach = radius(column, row);
   if (reach == 0) {
-    for (int y = top; y < bottom; ++y) {
-      std::copy(picture.at(left, y), picture.at(left, y) + 3 * (right - left), result.at(left, y));
+    for (int y = 0; y < std::min(kTileSide, picture.height() - top); ++y) {
+      const float* line = picture.at(left, top + y);
+      std::copy(line, line + 3 * width, result.rows[static_cast<std::size_t>(y)].begin());
     }
     return;
   }
@@ -170,22 +171,26 @@ void DefocusFilter::filter_tile(const Image& picture, int column, int row, Image
   }
   const Weights weights = weights_of(reach, kind_.keeps_parabolas);
   Strip strip;
-  Strip out;
   if (has_avx512()) {
-    smooth_wide(in, reach, weights, strip, out);
+    smooth_wide(in, reach, weights, strip, result);
   } else {
-    smooth(in, reach, weights, strip, out);
-  }
-  for (int y = top; y < bottom; ++y) {
-    const float* line = out.rows[static_cast<std::size_t>(y - top)].data();
-    std::copy(line, line + 3 * (right - left), result.at(left, y));
+    smooth(in, reach, weights, strip, result);
   }
 }
 
 Image DefocusFilter::applied(const Image& picture, const RunControl& run) const {
   Image result(picture.width(), picture.height(), 3);
   parallel_for(run, rows_, [&](int row) {
-    for (int column = 0; column < columns_; ++column) filter_tile(picture, column, row, result);
+    Tile tile;
+    for (int column = 0; column < columns_; ++column) {
+      filter_tile(picture, column, row, tile);
+      const int left = column * kTileSide;
+      const int width = std::min(kTileSide, picture.width() - left);
+      for (int y = row * kTileSide; y < std::min((row + 1) * kTileSide, picture.height()); ++y) {
+        const auto& line = tile.rows[static_cast<std::size_t>(y - row * kTileSide)];
+        std::copy(line.begin(), line.begin() + 3 * width, result.at(left, y));
+      }
+    }
   });
   return result;
 }
@@ -199,6 +204,7 @@ struct CertificateRow {
   SquareSums total = {};  // variance + bias of each unit
   double variance = 0.0;
   double bias = 0.0;
+  double pixels = 0.0;
   using ByRadius = std::array<double, DefocusFilter::kLargestRadius + 1>;
   ByRadius raw = {};   // variance of the unfiltered picture
   ByRadius left = {};  // and of the filtered one
@@ -234,20 +240,23 @@ void add_row(const float* a, const float* b, const float* filtered_a, const floa
 }  // namespace
 
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
-                                     const Image& filtered_a, const Image& filtered_b,
-                                     const RunControl& run) {
+                                     int every, const RunControl& run) {
   const int unit_columns = (filter.columns() + kUnitTiles - 1) / kUnitTiles;
   const int unit_rows = (filter.rows() + kUnitTiles - 1) / kUnitTiles;
-  std::vector<CertificateRow> rows(static_cast<std::size_t>(unit_rows));
+  std::vector<CertificateRow> rows(static_cast<std::size_t>((unit_rows + every - 1) / every));
   const auto measure_tile = [&](int column, int row) {
     TileSums sums;
+    DefocusFilter::Tile of_a;
+    DefocusFilter::Tile of_b;
+    filter.filter_tile(a, column, row, of_a);
+    filter.filter_tile(b, column, row, of_b);
     const int begin = column * kSide;
     const auto count = static_cast<std::size_t>(3 * (std::min(begin + kSide, a.width()) - begin));
     for (int y = row * kSide; y < std::min((row + 1) * kSide, a.height()); ++y) {
       const float* pa = a.at(begin, y);
       const float* pb = b.at(begin, y);
-      const float* fa = filtered_a.at(begin, y);
-      const float* fb = filtered_b.at(begin, y);
+      const float* fa = of_a.rows[static_cast<std::size_t>(y - row * kSide)].data();
+      const float* fb = of_b.rows[static_cast<std::size_t>(y - row * kSide)].data();
       if (count == kRow) {
         add_row(pa, pb, fa, fb, kRow, sums);  // of a known length
       } else {
@@ -256,8 +265,9 @@ FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a
     }
     return sums;
   };
-  parallel_for(run, unit_rows, [&](int unit_row) {
-    CertificateRow& result = rows[static_cast<std::size_t>(unit_row)];
+  parallel_for(run, static_cast<int>(rows.size()), [&](int taken) {
+    CertificateRow& result = rows[static_cast<std::size_t>(taken)];
+    const int unit_row = std::min(taken * every + every / 2, unit_rows - 1);
     const int bottom = std::min(filter.rows(), (unit_row + 1) * kUnitTiles);
     for (int unit = 0; unit < unit_columns; ++unit) {
       double squares = 0.0;
@@ -266,6 +276,8 @@ FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a
         for (int column = unit * kUnitTiles; column < right; ++column) {
           const TileSums sums = measure_tile(column, row);
           const auto radius = static_cast<std::size_t>(filter.radius(column, row));
+          result.pixels += std::min(kSide, a.width() - column * kSide) *
+                           std::min(kSide, a.height() - row * kSide);
           const double variance = 0.25 * TileSums::total(sums.variance);
           const double bias = TileSums::total(sums.bias);
           result.raw[radius] += 0.25 * TileSums::total(sums.raw);
@@ -283,13 +295,14 @@ FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a
     all.total.add(row.total);
     all.variance += row.variance;
     all.bias += row.bias;
+    all.pixels += row.pixels;
     for (std::size_t r = 0; r < row.raw.size(); ++r) {
       all.raw[r] += row.raw[r];
       all.left[r] += row.left[r];
     }
   }
-  const double values = 3.0 * a.width() * a.height();
-  const double units = static_cast<double>(unit_columns) * unit_rows;
+  const double values = 3.0 * all.pixels;
+  const double units = static_cast<double>(unit_columns) * static_cast<double>(rows.size());
   const double per_value = units / values;
   FilterCertificate result{.variance = all.variance / values, .bias_squared = all.bias / values};
   result.mse = std::max(0.0, per_value * all.total.mean(units));

@@ -48,9 +48,14 @@ class DefocusFilter {
   /// The filtered picture, 3 channels; the borders mirror it.
   Image applied(const Image& picture, const RunControl& run) const;
 
- private:
-  void filter_tile(const Image& picture, int column, int row, Image& result) const;
+  /// Its tile at (column, row), channels interleaved; what sticks out of the picture is
+  /// unspecified.
+  struct alignas(64) Tile {
+    std::array<std::array<float, 3 * kTileSide>, kTileSide> rows;
+  };
+  void filter_tile(const Image& picture, int column, int row, Tile& result) const noexcept;
 
+ private:
   int columns_;
   int rows_;
   bool filters_ = false;
@@ -74,10 +79,9 @@ struct FilterCertificate {
 ///
 /// so that both parts are estimated without bias, however wrong the filter is. Values are clipped
 /// to [0,1] for the variance. The bound takes areas of 16 x 16 pixels as units and doubles their
-/// scatter for what neighbours share.
+/// scatter for what neighbours share. Only one row of units in `every` is looked at.
 FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a, const Image& b,
-                                     const Image& filtered_a, const Image& filtered_b,
-                                     const RunControl& run = {});
+                                     int every = 1, const RunControl& run = {});
 
 /// The same by tiles of kErrorTile pixels a side, 3 channels, not clipped: every pixel has its
 /// tile's expected square of the error, at least 0.

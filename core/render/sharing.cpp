@@ -16,26 +16,34 @@ double samples_needed(const FilterCertificate& c, double goal) {
 
 }  // namespace
 
+FilterKind Sharing::chosen_kind(const ReplicateFilm& film, double goal) const {
+  // A plain mean of narrow windows is best where few samples do, parabolas where many must. Of
+  // large pictures a quarter tells.
+  constexpr FilterKind kMean{.keeps_parabolas = false, .share = 0.18};
+  constexpr FilterKind kParabola{.keeps_parabolas = true, .share = 0.35};
+  const int every = film.grid().height >= 256 ? 4 : 1;
+  const auto needed = [&](const FilterKind& kind) {
+    const DefocusFilter filter = filter_of(film, kind);
+    if (!filter.does_something()) return std::numeric_limits<double>::infinity();
+    return samples_needed(filter_certificate(filter, a_, b_, every, run_), goal);
+  };
+  return needed(kMean) < needed(kParabola) ? kMean : kParabola;
+}
+
 Judgement Sharing::judged(const ReplicateFilm& film, const NoiseEstimate& raw, double goal) {
-  const Image a = film.replicate(0, run_);
-  const Image b = film.replicate(1, run_);
-  if (!chosen_) {
-    // A plain mean of narrow windows is best where few samples do, parabolas where many must.
-    Try mean = tried(film, a, b, {.keeps_parabolas = false, .share = 0.18});
-    Try parabola = tried(film, a, b, {.keeps_parabolas = true, .share = 0.35});
-    chosen_ = samples_needed(mean.certificate, goal) < samples_needed(parabola.certificate, goal)
-                  ? mean.kind
-                  : parabola.kind;
-    last_ = std::move(chosen_->keeps_parabolas ? parabola : mean);
-  } else {
-    last_ = tried(film, a, b, *chosen_);
+  film.copy_replicate(0, a_, run_);
+  film.copy_replicate(1, b_, run_);
+  if (!kind_) kind_ = chosen_kind(film, goal);
+  filter_.emplace(filter_of(film, *kind_));
+  is_better_ = false;
+  if (filter_->does_something()) {
+    certificate_ = filter_certificate(*filter_, a_, b_, 1, run_);
+    is_better_ = certificate_.mse_upper_95 < raw.mse_upper_95;
   }
-  const FilterCertificate& c = last_.certificate;
-  is_better_ = last_.filter && c.mse_upper_95 < raw.mse_upper_95;
   if (!is_better_) return {.noise = raw, .variance = raw.mse};
-  Judgement result{.noise = raw, .variance = c.variance};
-  result.noise.mse = c.mse;
-  result.noise.mse_upper_95 = c.mse_upper_95;
+  Judgement result{.noise = raw, .variance = certificate_.variance};
+  result.noise.mse = certificate_.mse;
+  result.noise.mse_upper_95 = certificate_.mse_upper_95;
   return result;
 }
 
@@ -43,46 +51,31 @@ std::vector<float> Sharing::shares(const BlockGrid& grid) const {
   std::vector<float> result(grid.count(), 1.0F);
   if (!is_better_) return result;
   for (std::size_t block = 0; block < grid.count(); ++block) {
-    const int radius = last_.filter->radius(grid.left(block) / DefocusFilter::kTileSide,
-                                            grid.top(block) / DefocusFilter::kTileSide);
-    result[block] = static_cast<float>(last_.certificate.gain[static_cast<std::size_t>(radius)]);
+    const int radius = filter_->radius(grid.left(block) / DefocusFilter::kTileSide,
+                                       grid.top(block) / DefocusFilter::kTileSide);
+    result[block] = static_cast<float>(certificate_.gain[static_cast<std::size_t>(radius)]);
   }
   return result;
 }
 
 Image Sharing::picture() const {
-  Image image = last_.a;
-  for (std::size_t i = 0; i < image.pixels().size(); ++i) {
-    // Weights below 0 may undershoot black.
-    image.pixels()[i] = std::max(0.0F, 0.5F * (last_.a.pixels()[i] + last_.b.pixels()[i]));
+  Image mean = a_;
+  for (std::size_t i = 0; i < mean.pixels().size(); ++i) {
+    mean.pixels()[i] = 0.5F * (mean.pixels()[i] + b_.pixels()[i]);
   }
+  Image image = filter_->applied(mean, run_);
+  for (float& value : image.pixels()) value = std::max(0.0F, value);  // weights below 0 undershoot
   return image;
 }
 
 int Sharing::widest() const {
   int radius = 0;
-  for (int row = 0; row < last_.filter->rows(); ++row) {
-    for (int column = 0; column < last_.filter->columns(); ++column) {
-      radius = std::max(radius, last_.filter->radius(column, row));
+  for (int row = 0; row < filter_->rows(); ++row) {
+    for (int column = 0; column < filter_->columns(); ++column) {
+      radius = std::max(radius, filter_->radius(column, row));
     }
   }
   return 2 * radius + 1;
-}
-
-Sharing::Try Sharing::tried(const ReplicateFilm& film, const Image& a, const Image& b,
-                            const FilterKind& kind) const {
-  Try result{.kind = kind};
-  result.filter.emplace(film, a, b, blur_px_, kind, run_);
-  if (!result.filter->does_something()) {
-    result.filter.reset();
-    result.certificate.mse = result.certificate.mse_upper_95 = result.certificate.variance =
-        std::numeric_limits<double>::infinity();
-    return result;
-  }
-  result.a = result.filter->applied(a, run_);
-  result.b = result.filter->applied(b, run_);
-  result.certificate = filter_certificate(*result.filter, a, b, result.a, result.b, run_);
-  return result;
 }
 
 }  // namespace fstop

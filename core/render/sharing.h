@@ -26,33 +26,31 @@ class Sharing {
 
   /// Whether the last picture judged is better filtered.
   bool is_better() const noexcept { return is_better_; }
-  const FilterCertificate& certificate() const noexcept { return last_.certificate; }
+  const FilterCertificate& certificate() const noexcept { return certificate_; }
   /// By block: what filtering leaves of its variance.
   std::vector<float> shares(const BlockGrid& grid) const;
   /// The filtered picture that was judged.
   Image picture() const;
-  /// Its error by tiles; `film`: the one that was judged.
-  Image error_tiles(const ReplicateFilm& film) const {
-    return fstop::error_tiles(film.replicate(0), film.replicate(1), last_.a, last_.b);
+  /// Its error by tiles.
+  Image error_tiles() const {
+    return fstop::error_tiles(a_, b_, filter_->applied(a_, run_), filter_->applied(b_, run_));
   }
   /// Widest window, pixels.
   int widest() const;
 
  private:
-  struct Try {
-    FilterKind kind = {};
-    std::optional<DefocusFilter> filter = {};
-    FilterCertificate certificate = {};
-    Image a = {};
-    Image b = {};
-  };
-  Try tried(const ReplicateFilm& film, const Image& a, const Image& b,
-            const FilterKind& kind) const;
+  DefocusFilter filter_of(const ReplicateFilm& film, const FilterKind& kind) const {
+    return {film, a_, b_, blur_px_, kind, run_};
+  }
+  FilterKind chosen_kind(const ReplicateFilm& film, double goal) const;
 
   double blur_px_;
   const RunControl& run_;
-  std::optional<FilterKind> chosen_ = {};
-  Try last_ = {};
+  Image a_ = {};  // the replicates judged
+  Image b_ = {};
+  std::optional<FilterKind> kind_ = {};
+  std::optional<DefocusFilter> filter_ = {};
+  FilterCertificate certificate_ = {};
   bool is_better_ = false;
 };
 

@@ -1,14 +1,13 @@
 #include "core/sampling/sequence.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
-
-#include <array>
 
 #include <gtest/gtest.h>
 

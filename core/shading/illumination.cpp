@@ -196,8 +196,8 @@ class LightPass {
     }
     if (brightest >= in_.certain_light) return true;
     const float chance = std::max(kLeastChance, brightest / in_.certain_light);
-    const std::uint32_t stream =
-        hash_of(in_.keys.pixel[0], 0x5d0U + light_number + 4096U * static_cast<std::uint32_t>(in_.depth));
+    const std::uint32_t stream = hash_of(
+        in_.keys.pixel[0], 0x5d0U + light_number + 4096U * static_cast<std::uint32_t>(in_.depth));
     if (in_.sequence.decision(stream, in_.keys.index[0]) >= chance) return false;
     const float more = 1.0F / chance;
     for (std::size_t k = 0; k < kLanes; ++k) {

@@ -16,7 +16,7 @@ struct ShadingInputs {
   /// Light that adds less than this to every lane of a packet is traced as rarely as it is dim, and
   /// counted as much more: unbiased, and with fewer shadow rays. 0: all light is traced.
   float certain_light = 0.0F;
-  int depth = 0;                // bounces before this packet: another stream of light samples
+  int depth = 0;  // bounces before this packet: another stream of light samples
 };
 
 /// Local light of every valid lane: emission + ambient * ambient_light + the sum over lights of

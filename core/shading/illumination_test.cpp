@@ -375,7 +375,7 @@ TEST(Illumination, DimLightIsTracedByChanceWithoutBias) {
   const Rgb all = shaded(0.0F, 0, rays);
   ASSERT_EQ(rays, 1U);
   const float own = all[0] - shaded(1e-9F, 0, rays)[0];
-  EXPECT_EQ(own, 0.0F);  // brighter than that, it is always traced
+  EXPECT_EQ(own, 0.0F);                        // brighter than that, it is always traced
   const float light = all[0] - 0.01F - 0.02F;  // beside emission and ambient light
   rays = 0;
   constexpr std::uint32_t kSamples = 64;

@@ -224,8 +224,8 @@ OmissionTrial reflection_omitted(std::uint32_t seed) {
   ball.objects = {{.shape = SphereObject{.center = {0.1, 0.2, -0.1}, .radius = 1.0}}};
   const RayScene scene(std::move(ball));
   SimulationSpec spec;
-  spec.camera.optics = LensSpec{.lens = {.focal_length = 35.0_mm, .f_number = 8.0},
-                                .focus_distance = 0.5_m};
+  spec.camera.optics =
+      LensSpec{.lens = {.focal_length = 35.0_mm, .f_number = 8.0}, .focus_distance = 0.5_m};
   spec.width = 24;
   spec.height = 16;
   spec.effects.diffraction = EffectChoice::off;
