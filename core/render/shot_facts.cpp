@@ -89,6 +89,7 @@ void find_edges(const ProbeGrid& grid, const std::vector<double>& blur_px, ShotF
 struct ProbePart {
   Moments moments = {};
   int wide_blurs = 0;  // points with a blur disc over kWideBlur
+  int branches = 0;    // points on what reflects or transmits
   double largest_blur_px = 0.0;
   std::uint64_t rays = 0;
 };
@@ -116,6 +117,7 @@ class Probe {
       facts.largest_blur_px = std::max(facts.largest_blur_px, part.largest_blur_px);
       facts.probe_rays += part.rays;
       facts.blurred_share += double(part.wide_blurs) / grid_.count();
+      facts.branch_share += double(part.branches) / grid_.count();
     }
     facts.contrast = moments.deviation();
     find_edges(grid_, blur_px_, facts);
@@ -142,7 +144,14 @@ class Probe {
       if (valid[static_cast<std::size_t>(lane)] == 0) continue;
       for (const float value : colors.get(lane)) part.moments.add(value);
       measure_blur(packet, lane, begin + lane, part);
+      if (branches(surfaces.material[static_cast<std::size_t>(lane)])) ++part.branches;
     }
+  }
+
+  bool branches(std::int32_t material) const {
+    if (material < 0) return false;
+    const Material& m = shot_.scene->material(material);
+    return m.reflection > 0.0 || m.transmission > 0.0;
   }
 
   void measure_blur(const RayPacket& packet, int lane, int point, ProbePart& part) {
