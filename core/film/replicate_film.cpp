@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/film/square_sums.h"
 #include "core/simd.h"
@@ -40,7 +41,7 @@ struct ReplicateFilm::RowSums {
   double single = 0.0;           // and that one has
 };
 
-ReplicateFilm::ReplicateFilm(int width, int height) : grid_(width, height) {
+ReplicateFilm::ReplicateFilm(BlockGrid grid) : grid_(std::move(grid)) {
   for (std::size_t r = 0; r < kReplicates; ++r) {
     sums_[r] = std::make_unique_for_overwrite<Lanes[]>(grid_.count());
     counts_[r].resize(grid_.count());
@@ -230,6 +231,12 @@ void ReplicateFilm::write_mean(std::size_t block, Image& image) const noexcept {
 }
 
 void ReplicateFilm::write(std::size_t block, const Lanes& values, Image& image) const noexcept {
+  if (grid_.is_interleaved(block)) {
+    grid_.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
+      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = values.value[c][lane];
+    });
+    return;
+  }
   const int right = std::min(kBlockSide, grid_.width - grid_.left(block));
   const int bottom = std::min(kBlockSide, grid_.height - grid_.top(block));
   for (int y = 0; y < bottom; ++y) {

@@ -28,7 +28,8 @@ inline constexpr int kErrorTile = 16;
 /// unbiased.
 class ReplicateFilm {
  public:
-  ReplicateFilm(int width, int height);
+  ReplicateFilm(int width, int height) : ReplicateFilm(BlockGrid(width, height)) {}
+  explicit ReplicateFilm(BlockGrid grid);
 
   const BlockGrid& grid() const noexcept { return grid_; }
   std::uint32_t samples(int replicate, std::size_t block) const noexcept {

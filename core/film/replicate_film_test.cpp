@@ -8,6 +8,7 @@
 #include <random>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -68,6 +69,42 @@ TEST(ReplicateFilm, NoiseIsPerPixelInPicturesThatAreNoMultipleOfABlock) {
     EXPECT_NEAR(film.noise().mse, 0.5 * (0.49 + 0.01), 1e-6);
     EXPECT_GE(film.noise().mse_upper_95, film.noise().mse);
     EXPECT_GE(film.noise().unclipped_mse_upper_95, 0.49 * (1 - 1e-6));
+  }
+}
+
+// Every pixel belongs to one block, whichever tiles are interleaved; those that stick out never
+// are.
+TEST(BlockGrid, InterleavedTilesHoldEveryPixelOnce) {
+  BlockGrid grid(53, 34);
+  ASSERT_EQ(grid.tile_columns(), 4);
+  ASSERT_EQ(grid.tile_rows(), 3);
+  grid.interleaved = {1, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+  std::vector<int> seen(53 * 34);
+  int interleaved = 0;
+  for (std::size_t block = 0; block < grid.count(); ++block) {
+    int pixels = 0;
+    grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
+      ++seen[static_cast<std::size_t>(y * 53 + x)];
+      ++pixels;
+      EXPECT_EQ(x, grid.left(block) + grid.stride(block) * static_cast<int>(lane % 4));
+      EXPECT_EQ(y, grid.top(block) + grid.stride(block) * static_cast<int>(lane / 4));
+    });
+    EXPECT_EQ(pixels, grid.pixels(block));
+    interleaved += grid.is_interleaved(block) ? 1 : 0;
+  }
+  EXPECT_EQ(interleaved, 3 * 16);  // (0,0), (2,0), (1,1): others are square or stick out
+  for (const int count : seen) EXPECT_EQ(count, 1);
+}
+
+TEST(ReplicateFilm, InterleavedBlocksLieWhereTheirPixelsAre) {
+  BlockGrid grid(40, 20);
+  grid.interleaved = {1, 0, 0, 0, 0, 0};
+  ReplicateFilm film(grid);
+  expose(film, 0, 2, ramp);
+  expose(film, 1, 2, ramp);
+  const Image mean = film.mean();
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 40; ++x) EXPECT_NEAR(mean.at(x, y)[1], ramp(x, y, 1), kRounding * 4.0);
   }
 }
 

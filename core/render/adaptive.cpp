@@ -6,6 +6,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "core/render/allocation.h"
 #include "core/render/sample_loop.h"
@@ -29,12 +30,10 @@ double ms_since(Clock::time_point start) {
 // The picture under way: both replicates' sources and their film.
 class Picture {
  public:
-  Picture(const SampleSource& source, std::uint32_t seed, const RunControl& run)
+  Picture(const SampleSource& source, BlockGrid grid, std::uint32_t seed, const RunControl& run)
       : sources_{with_sequence(source, SampleSequence(seed)),
                  with_sequence(source, SampleSequence(hash_of(seed, kSecondReplicate)))},
-        film_(source.sensor.width, source.sensor.height),
-        tile_columns_((source.sensor.width + kTile - 1) / kTile),
-        tile_rows_((source.sensor.height + kTile - 1) / kTile),
+        film_(std::move(grid)),
         run_(run) {}
 
   ReplicateFilm& film() { return film_; }
@@ -50,20 +49,20 @@ class Picture {
     const Clock::time_point start = Clock::now();
     const double begin = progress_;
     std::atomic<int> done = 0;
-    const int tiles = tile_columns_ * tile_rows_;
+    const int columns = film_.grid().tile_columns();
+    const int tiles = columns * film_.grid().tile_rows();
     std::atomic<std::uint64_t> rays = 0;
     std::atomic<std::uint64_t> samples = 0;
     const bool limited = deadline != Clock::time_point::max();
     parallel_for(run_, tiles, [&](int tile) {
       if (limited && Clock::now() >= deadline) return;
-      for_each_block(film_.grid(), tile % tile_columns_, tile / tile_columns_,
-                     [&](std::size_t block) {
-                       for (int r = 0; r < kReplicates; ++r) {
-                         const auto counted = trace_block(r, block, counts);
-                         rays += counted.rays;
-                         samples += counted.samples;
-                       }
-                     });
+      for_each_block(film_.grid(), tile % columns, tile / columns, [&](std::size_t block) {
+        for (int r = 0; r < kReplicates; ++r) {
+          const auto counted = trace_block(r, block, counts);
+          rays += counted.rays;
+          samples += counted.samples;
+        }
+      });
       report(begin + (end - begin) * ++done / tiles);
     });
     throw_if_stopped(run_);
@@ -131,8 +130,6 @@ class Picture {
 
   std::array<SampleSource, kReplicates> sources_;
   ReplicateFilm film_;
-  int tile_columns_;
-  int tile_rows_;
   const RunControl& run_;
   std::uint64_t rays_ = 0;
   double samples_ = 0.0;
@@ -339,7 +336,9 @@ void add_splats(const QualitySpec& quality, SplattedLight& light, Picture& pictu
 
 RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
                                   const AdaptiveMeans& means, const RunControl& run) {
-  Picture picture(source, shot.seed, run);
+  BlockGrid grid(source.sensor.width, source.sensor.height);
+  if (means.interleaved != nullptr) grid.interleaved = *means.interleaved;
+  Picture picture(source, std::move(grid), shot.seed, run);
   std::optional<SplattedLight> light;
   if (means.splats != nullptr) {
     light.emplace(*means.splats);

@@ -10,6 +10,8 @@ namespace fstop {
 /// What a picture is made by beside samples of its own pixels.
 struct AdaptiveMeans {
   double bias = 0.0;  // RMSE of what is left out
+  /// Tiles whose blocks are interleaved, row by row (BlockGrid); may be null.
+  const std::vector<std::uint8_t>* interleaved = nullptr;
   /// Samples are shared between neighbouring pixels where everything is out of focus, as far as
   /// the certificate shows a gain (see DefocusFilter).
   bool shares_samples = false;

@@ -81,11 +81,17 @@ std::vector<float> tile_blurs(const ReplicateFilm& film, double blur_px, int col
                            1e30F);
   const BlockGrid& grid = film.grid();
   for (std::size_t block = 0; block < grid.count(); ++block) {
-    const auto tile =
-        static_cast<std::size_t>(grid.top(block) / kSide) * static_cast<std::size_t>(columns) +
-        static_cast<std::size_t>(grid.left(block) / kSide);
-    const double blur = blur_px * static_cast<double>(film.least_defocus(block));
-    blurs[tile] = std::min(blurs[tile], static_cast<float>(std::min(blur, 1e30)));
+    const double exact = blur_px * static_cast<double>(film.least_defocus(block));
+    const auto blur = static_cast<float>(std::min(exact, 1e30));
+    const int reach = grid.stride(block) * (kBlockSide - 1);
+    for (int y = grid.top(block) / kSide; y <= (grid.top(block) + reach) / kSide && y < rows; ++y) {
+      for (int x = grid.left(block) / kSide; x <= (grid.left(block) + reach) / kSide; ++x) {
+        if (x >= columns) break;
+        float& least = blurs[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
+                             static_cast<std::size_t>(x)];
+        least = std::min(least, blur);
+      }
+    }
   }
   return blurs;
 }

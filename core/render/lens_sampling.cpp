@@ -56,11 +56,12 @@ Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const 
   return quote;
 }
 
-RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts&, double bias,
+RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts& facts, double bias,
                                          const RunControl& run) const {
   const Camera camera = camera_of(shot.camera, shot.sensor);
-  return rendered_adaptively(sample_source(shot, camera, true), shot,
-                             {.bias = bias, .shares_samples = true}, run);
+  return rendered_adaptively(
+      sample_source(shot, camera, true), shot,
+      {.bias = bias, .interleaved = &facts.soft_tiles, .shares_samples = true}, run);
 }
 
 Quote BokehSplatting::quote(const Shot& shot, const ShotFacts& facts) const {
@@ -83,6 +84,7 @@ RenderOutcome BokehSplatting::render(const Shot& shot, const ShotFacts& facts, d
   const Splatting splatting(camera, shot.seed, samples);
   return rendered_adaptively(samples, shot,
                              {.bias = bias,
+                              .interleaved = &facts.soft_tiles,
                               .shares_samples = facts.largest_blur_px * kLeastShare >= 1.0,
                               .splats = splatting.light()},
                              run);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,6 +48,9 @@ struct ShotFacts {
   bool forks = false;            // one surface both reflects and transmits
   bool area_lights = false;
   bool mip_maps = false;
+  /// Tiles of kTile pixels a side, row by row: nonzero where all that the probe found in and around
+  /// them is blurred over several pixels.
+  std::vector<std::uint8_t> soft_tiles = {};
   std::uint64_t probe_rays = 0;
 };
 

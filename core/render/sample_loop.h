@@ -17,9 +17,6 @@ class SampleSink {
   virtual void add(int left, int top, const LaneMask& valid, const TracedPacket& packet) = 0;
 };
 
-/// Pixels in tiles of this side: what one thread traces at a time.
-inline constexpr int kTile = 16;
-
 /// Calls visit(block) for the blocks of a tile.
 template <typename Visit>
 void for_each_block(const BlockGrid& grid, int tile_column, int tile_row, const Visit& visit) {

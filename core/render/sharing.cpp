@@ -51,8 +51,10 @@ std::vector<float> Sharing::shares(const BlockGrid& grid) const {
   std::vector<float> result(grid.count(), 1.0F);
   if (!is_better_) return result;
   for (std::size_t block = 0; block < grid.count(); ++block) {
-    const int radius = filter_->radius(grid.left(block) / DefocusFilter::kTileSide,
-                                       grid.top(block) / DefocusFilter::kTileSide);
+    // An interleaved block lies in four of the filter's tiles, alike enough.
+    const int middle = grid.stride(block) * (kBlockSide - 1) / 2;
+    const int radius = filter_->radius((grid.left(block) + middle) / DefocusFilter::kTileSide,
+                                       (grid.top(block) + middle) / DefocusFilter::kTileSide);
     result[block] = static_cast<float>(certificate_.gain[static_cast<std::size_t>(radius)]);
   }
   return result;

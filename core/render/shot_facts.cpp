@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
+#include "core/film/block.h"
 #include "core/render/emitter_choice.h"
 #include "core/render/progressive.h"
 #include "core/shading/ray_tree.h"
@@ -85,6 +87,33 @@ void find_edges(const ProbeGrid& grid, const std::vector<double>& blur_px, ShotF
   facts.edge_area = area / all;
 }
 
+// Tiles around which, a grid's step further, nothing is blurred less than kSoftBlur.
+std::vector<std::uint8_t> soft_tiles(const ProbeGrid& grid, const std::vector<double>& blur_px,
+                                     const Sensor& sensor) {
+  constexpr double kSoftBlur = 6.0;  // px: less leaves no window to share samples in
+  const BlockGrid tiles(sensor.width, sensor.height);
+  const auto range = [&](int tile, int count) {
+    return std::pair{std::max(0, tile * kTile / grid.step - 1),
+                     std::min(count - 1, (tile + 1) * kTile / grid.step + 1)};
+  };
+  std::vector<std::uint8_t> soft;
+  for (int row = 0; row < tiles.tile_rows(); ++row) {
+    const auto [top, bottom] = range(row, grid.rows);
+    for (int column = 0; column < tiles.tile_columns(); ++column) {
+      const auto [left, right] = range(column, grid.columns);
+      bool is_soft = true;
+      for (int y = top; y <= bottom; ++y) {
+        for (int x = left; x <= right; ++x) {
+          const double blur = blur_px[static_cast<std::size_t>(y * grid.columns + x)];
+          is_soft = is_soft && !(std::abs(blur) < kSoftBlur);  // NaN, darkness, is soft
+        }
+      }
+      soft.push_back(is_soft ? 1 : 0);
+    }
+  }
+  return soft;
+}
+
 // What some packets of the probe found.
 struct ProbePart {
   Moments moments = {};
@@ -121,6 +150,7 @@ class Probe {
     }
     facts.contrast = moments.deviation();
     find_edges(grid_, blur_px_, facts);
+    facts.soft_tiles = soft_tiles(grid_, blur_px_, shot_.sensor);
   }
 
  private:
