@@ -96,14 +96,14 @@ void ReplicateFilm::set_extra(int replicate, Image light) {
 FSTOP_KERNEL void ReplicateFilm::values(std::size_t r, std::size_t block,
                                         Lanes& values) const noexcept {
   const std::uint32_t count = counts_[r][block];
-  if (count == 0) {
+  if (count == 0) {  // its extra light would be counted beside the other's
     values = {};
-  } else {
-    const float scale = 1.0F / static_cast<float>(count);
-    for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t k = 0; k < kBlockPixels; ++k) {
-        values.value[c][k] = scale * sums_[r][block].value[c][k];
-      }
+    return;
+  }
+  const float scale = 1.0F / static_cast<float>(count);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < kBlockPixels; ++k) {
+      values.value[c][k] = scale * sums_[r][block].value[c][k];
     }
   }
   if (extra_[r].empty()) return;

@@ -173,6 +173,19 @@ TEST(ReplicateFilm, AFewBlocksOfTheSecondReplicateTellTheErrorOfTheFirst) {
   EXPECT_NEAR(off / (64.0 * 64.0 * 3.0), expected, 4.0 * std::sqrt(2.0 / 12288.0) * expected);
 }
 
+// The extra light of both stands for the same light.
+TEST(ReplicateFilm, OneReplicateAloneHasItsOwnExtraLightOnly) {
+  ReplicateFilm film(4, 4);
+  expose(film, 0, 1, ramp);
+  Image light(4, 4, 3);
+  light.at(2, 1)[0] = 3.0F;
+  film.set_extra(0, light);
+  film.set_extra(1, light);
+  EXPECT_NEAR(film.mean().at(2, 1)[0], ramp(2, 1, 0) + 3.0, kRounding * 4.0);
+  expose(film, 1, 1, ramp);
+  EXPECT_NEAR(film.mean().at(2, 1)[0], ramp(2, 1, 0) + 3.0, kRounding * 4.0);
+}
+
 TEST(ReplicateFilm, NothingIsKnownWithoutSamplesInBothReplicates) {
   ReplicateFilm film(8, 8);
   const auto expect_unknown = [&] {

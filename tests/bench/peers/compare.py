@@ -172,7 +172,7 @@ class ErrorLadder(Ladder):
 
     def next(self):
         if not self.points:
-            return {"samples": 1}
+            return {"samples": 1, "max_error": MAX_ERRORS[0]}
         errors = len(self.points) - 1
         dear = self.points[-1]["cpu_s"] * 2 > self.cap
         if errors == len(MAX_ERRORS) or (errors > 0 and self.reached()) or dear:
