@@ -1,12 +1,11 @@
 // Large arrays on pages of 2 MiB. Films and textures are some tens of megabytes that are written
 // once and read a few times: on pages of 4 KiB the kernel spends more on handing them out than a
-// coarse render spends on tracing. Replaces the program's operator new; what it returns is malloc's,
-// so that libraries may free it.
-#include <sys/mman.h>
-
+// coarse render spends on tracing. Replaces the program's operator new; what it returns is
+// malloc's, so that libraries may free it.
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include <sys/mman.h>
 
 namespace {
 

@@ -1,5 +1,7 @@
 
+#include <chrono>
 #include <filesystem>
+#include <iostream>
 #include <string>
 #include <system_error>
 
@@ -13,6 +15,7 @@
 #include <boost/beast/http/write.hpp>
 
 #include "core/error.h"
+#include "server/access.h"
 #include "server/commands.h"
 #include "server/log.h"
 #include "server/server.h"
@@ -47,7 +50,19 @@ int serve(const ServeOptions& options) {
   Server server(config, log);
   server.stop_on_signals();
   const PortFile port_file(options.port_file, server.port());
+  const PortFile probe_port_file(options.probe_port_file, server.probe_port());
   server.run();
+  return 0;
+}
+
+int sign(const SignOptions& options) {
+  if (!options.target.starts_with('/'))
+    throw Error(ErrorCode::invalid_request, "the target must begin with /");
+  const std::string key = secret_of(options.url_key_file, "--url-key-file");
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto expires =
+      std::chrono::duration_cast<std::chrono::seconds>(now).count() + options.valid_s;
+  std::cout << signed_target(options.target, expires, key) << '\n' << std::flush;
   return 0;
 }
 

@@ -69,6 +69,8 @@ asio::awaitable<bool> Session::exchange() {
   record.path = request.path.empty() ? request.target : request.path;
   record.duration_ms = milliseconds_since(start);
   context_.log.request(record);
+  context_.metrics.request(record.route, record.method, record.status, record.problem,
+                           1e-3 * record.duration_ms);
   busy_ = false;
   if (sent && !request.keep_alive) co_await connection_.linger();
   co_return sent&& request.keep_alive;
@@ -85,6 +87,7 @@ asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestR
   std::optional<Reply> reply;
   try {
     if (!co_await read_head(parser)) co_return std::nullopt;
+    record.trace = trace_of(request.header("traceparent"));
     reply = co_await dispatch(request, parser, record);
   } catch (const ClientGone&) {
     co_return std::nullopt;
@@ -94,6 +97,8 @@ asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestR
   if (failure) reply = reply_of(failure, record);
   if (reply->close || finishing_ || has_unread_body(parser)) request.keep_alive = false;
   reply->set("Fstop-Request-Id", request.id);
+  reply->set("traceparent", record.trace.traceparent());
+  context_.access.open_to_origin(request, *reply);
   co_return reply;
 }
 
@@ -149,9 +154,10 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
                                          RequestRecord& record) {
   resolve_target(request);
   context_.access.check(request);
+  remove_signature(request);
   if (request.verb == http::verb::options) {
-    const std::string allow =
-        request.path == "*" ? "GET, HEAD, POST, OPTIONS" : context_.routes.allowed(request.path);
+    const std::string allow = request.path == "*" ? "GET, HEAD, POST, PUT, DELETE, OPTIONS"
+                                                  : context_.routes.allowed(request.path);
     if (allow.empty()) (void)context_.routes.match(request.verb, request.path);  // throws 404
     Reply reply{.status = http::status::no_content};
     reply.set("Allow", allow);
@@ -172,8 +178,8 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
 }
 
 asio::awaitable<bool> Session::send(const Request& request, const Reply& reply) {
-  if (reply.next_piece) co_return co_await send_pieces(request, reply);
   const bool without_body = request.verb == http::verb::head;
+  if (reply.next_piece && !without_body) co_return co_await send_pieces(request, reply);
   const std::string head = reply_head(reply, request.keep_alive);
   co_return co_await connection_.write(head, without_body ? std::span<const char>() : reply.bytes(),
                                        context_.limits.write_deadline);
@@ -206,17 +212,19 @@ Reply reply_of(const std::exception_ptr& failure, RequestRecord& record) {
   try {
     std::rethrow_exception(failure);
   } catch (const Refusal& refusal) {
-    Reply reply =
-        problem_reply(static_cast<int>(refusal.status()), refusal.slug(), refusal.detail());
+    api::Problem problem =
+        api::http_problem(static_cast<int>(refusal.status()), refusal.slug(), refusal.detail());
+    problem.prediction = refusal.prediction();
+    record.problem = refusal.slug();
+    Reply reply = problem_reply(problem);
     for (const auto& [name, value] : refusal.headers()) reply.set(name, value);
     reply.close = refusal.close();
     return reply;
   } catch (const std::exception& exception) {
     const api::Problem problem = api::problem(exception);
     record.error = exception.what();
-    Reply reply{.status = http::int_to_status(static_cast<unsigned>(problem.status)),
-                .body = api::to_json(problem)};
-    reply.set("Content-Type", "application/problem+json");
+    record.problem = problem.type.substr(problem.type.rfind('/') + 1);
+    Reply reply = problem_reply(problem);
     if (problem.status == 503) reply.set("Retry-After", "1");
     return reply;
   }

@@ -1,5 +1,6 @@
 #include "tests/http/test_server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <iterator>
@@ -96,6 +97,11 @@ TestServer::TestServer(Options options) {
                                     .port = 0,
                                     .threads = options.threads,
                                     .token = options.token,
+                                    .url_key = options.url_key,
+                                    .hosts = options.hosts,
+                                    .origins = options.origins,
+                                    .probe_port = 0,
+                                    .result_folder = options.result_folder,
                                     .web_root = (folder_.path() / "web").string(),
                                     .scene_folders = {folder_.path() / "scenes"},
                                     .limits = options.limits};
@@ -119,6 +125,12 @@ server::Simulate HeldRenders::simulate() {
   return [this](const SimulationSpec& spec, const RayScene&, const RunControl& run) {
     ++begun_;
     ++running_;
+    if (run.progress) run.progress(0.25);
+    if (run.preview) {
+      Image picture(spec.width, spec.height, 3);
+      std::fill(picture.pixels().begin(), picture.pixels().end(), 0.5F);
+      run.preview(picture, 0.125);
+    }
     {
       std::unique_lock lock(mutex_);
       // A stop comes without a notice of ours: look often.
