@@ -185,10 +185,15 @@ void remove_signature(Request& request) {
 void check_content(const Request& request) {
   const std::string_view type = request.header("Content-Type");
   const std::string_view essence = trimmed(type.substr(0, type.find(';')));
-  if (!equal_ignoring_case(essence, "application/json")) {
+  const bool is_file = request.verb == http::verb::put;
+  const std::string types = is_file ? "application/zip, model/gltf-binary" : "application/json";
+  const bool fits = is_file ? equal_ignoring_case(essence, "application/zip") ||
+                                  equal_ignoring_case(essence, "model/gltf-binary")
+                            : equal_ignoring_case(essence, "application/json");
+  if (!fits) {
     throw Refusal(http::status::unsupported_media_type, "unsupported-media-type",
-                  "the body must be sent as Content-Type: application/json")
-        .with("Accept", "application/json");
+                  "the body must be sent as Content-Type: " + types)
+        .with("Accept", types);
   }
   const std::string_view coding = trimmed(request.header("Content-Encoding"));
   if (!coding.empty() && !equal_ignoring_case(coding, "identity")) {

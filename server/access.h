@@ -50,7 +50,8 @@ std::string signed_target(std::string_view target, std::int64_t expires, std::st
 /// Takes `expires` and `signature` off the query, where both end it.
 void remove_signature(Request& request);
 
-/// Checks what a POST says of its body: JSON, not compressed, no unknown expectation.
+/// Checks what a POST or PUT says of its body: JSON, or a kind of file; not compressed, no unknown
+/// expectation.
 /// Throws: Refusal 415 or 417.
 void check_content(const Request& request);
 

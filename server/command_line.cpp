@@ -29,6 +29,7 @@ struct CommandLine {
   ChartOptions chart = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
+  std::string scene_name = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
@@ -36,6 +37,7 @@ struct CommandLine {
   CLI::App* psf_command = nullptr;
   CLI::App* chart_command = nullptr;
   CLI::App* probe_command = nullptr;
+  CLI::App* read_scene_command = nullptr;
   CLI::App* sign_command = nullptr;
   CLI::App* version_command = nullptr;
 };
@@ -157,6 +159,9 @@ void add_commands(CommandLine& line) {
   line.sign_command->add_option("--valid-s", line.sign.valid_s, "seconds from now")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
+  line.read_scene_command = line.app.add_subcommand("read-scene", "what the server runs apart");
+  line.read_scene_command->group("");  // of no use by hand
+  line.read_scene_command->add_option("name", line.scene_name, "of the scene")->required();
   line.version_command = line.app.add_subcommand("version", "print the version");
 }
 
@@ -167,6 +172,7 @@ int run_command(const CommandLine& line) {
   if (line.psf_command->parsed()) return psf(line.psf);
   if (line.chart_command->parsed()) return chart(line.chart);
   if (line.probe_command->parsed()) return probe(line.probe);
+  if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
   if (line.sign_command->parsed()) return sign(line.sign);
   std::cout << api::engine_version() << '\n';
   return 0;

@@ -53,6 +53,9 @@ int psf(const PsfOptions& options);
 int chart(const ChartOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
+/// Locks itself in, reads a scene archive on standard input and prints what is to be stored: what
+/// the server runs apart from itself. Throws: as api::read_upload.
+int read_scene(const std::string& name);
 /// Prints the target with its signature.
 int sign(const SignOptions& options);
 

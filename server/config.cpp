@@ -4,6 +4,7 @@
 #include <fstream>
 #include <string_view>
 #include <system_error>
+#include <unistd.h>
 
 #include <boost/asio/ip/address.hpp>
 #include <boost/system/error_code.hpp>
@@ -61,6 +62,16 @@ void require_writable(const fs::path& folder) {
   if (!std::ofstream(trial).put('x').flush())
     throw refused("--data-dir: cannot write to " + folder.string());
   fs::remove(trial, ec);
+}
+
+// What this process may have: the machine's memory, cut by a cgroup v2 limit.
+std::size_t available_bytes() {
+  std::size_t bytes = static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) *
+                      static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  std::ifstream file("/sys/fs/cgroup/memory.max");
+  std::size_t limit = 0;
+  if (file >> limit && limit > 0) bytes = std::min(bytes, limit);  // else "max"
+  return bytes;
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
@@ -140,6 +151,7 @@ ServerConfig checked(const ServeOptions& options) {
   if (!options.data_dir.empty()) {
     require_writable(options.data_dir);
     config.scene_folders.push_back(fs::path(options.data_dir) / "scenes");
+    config.upload_folder = fs::path(options.data_dir) / "scenes";
     config.result_folder = fs::path(options.data_dir) / "results";
   }
   config.scene_folders.push_back(options.scenes_dir.empty() ? bundled_scenes()
@@ -148,6 +160,8 @@ ServerConfig checked(const ServeOptions& options) {
   config.limits.concurrent_renders = options.concurrent_renders;
   config.limits.queued_renders = options.queued_renders;
   config.limits.synchronous_wait = milliseconds(options.synchronous_s);
+  // The rest is for scenes, results and encoding.
+  config.limits.render_bytes = std::min(config.limits.render_bytes, available_bytes() / 10 * 6);
   config.limits.drain_deadline = milliseconds(options.drain_s);
   config.limits.kept_file_bytes = static_cast<std::size_t>(options.cache_mib) << 20U;
   return config;

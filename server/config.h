@@ -44,6 +44,8 @@ struct ServerConfig {
   std::vector<std::string> hosts = {};    // lower case
   std::vector<std::string> origins = {};  // "scheme://host[:port]"
   std::optional<std::uint16_t> probe_port = {};
+  std::filesystem::path upload_folder = {};  // empty: no scenes are taken
+  std::string program = "/proc/self/exe";    // what reads them, locked in
   std::filesystem::path result_folder = {};  // empty: results stay in memory
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first

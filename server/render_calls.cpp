@@ -197,6 +197,7 @@ RenderQueue::Ticket RenderCalls::submit(const Call& call, const Prepared& prepar
   return services_.queue.submit({.id = task.id,
                                  .client = call.client.peer(),
                                  .cost_s = task.cost.wall_s,
+                                 .memory_bytes = task.cost.memory_bytes,
                                  .is_small = task.cost.wall_s <= services_.limits.small_render_s,
                                  .work = [this, task](const RenderQueue::Turn& turn) {
                                    return services_.work.render(task, turn);

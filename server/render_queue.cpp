@@ -39,6 +39,7 @@ struct RenderQueue::Job {
   std::string id = {};
   std::string client = {};
   double cost_s = 0.0;
+  double memory_bytes = 0.0;
   bool is_small = false;
   Work work = {};
   std::stop_source stop = {};
@@ -84,6 +85,7 @@ RenderQueue::Ticket RenderQueue::submit(Submission submission) {
   job->id = std::move(submission.id);
   job->client = std::move(submission.client);
   job->cost_s = std::max(submission.cost_s, kLeastCost_s);
+  job->memory_bytes = submission.memory_bytes;
   job->is_small = submission.is_small;
   job->work = std::move(submission.work);
   job->submitted = SteadyClock::now();
@@ -138,15 +140,21 @@ int RenderQueue::retry_after_seconds() const {
   return static_cast<int>(std::ceil(std::clamp(0.5 * backlog_s(), 1.0, kLongestRetry_s)));
 }
 
-// The next client's first render that this kind of slot takes; null if there is none.
+// The next client's first render that this kind of slot takes; null if there is none, or no memory
+// for it.
 std::shared_ptr<RenderQueue::Job> RenderQueue::next(bool is_express) {
   for (const std::string& client : turns_) {
     for (const auto& job : lines_.at(client)) {
       if (is_express && !job->is_small) continue;
-      return job;
+      // What has no room waits for it, and is not passed by what has.
+      return fits(*job) ? job : nullptr;
     }
   }
   return nullptr;
+}
+
+bool RenderQueue::fits(const Job& job) const {
+  return running_.empty() || running_bytes_ + job.memory_bytes <= shape_.memory_bytes;
 }
 
 // Out of its line; its client then waits for the next turn behind the others.
@@ -171,6 +179,7 @@ void RenderQueue::serve(const std::stop_token& stop, bool is_express) {
       drop(job);
       job->runs = true;
       running_.push_back(job);
+      running_bytes_ += job->memory_bytes;
       ++counts_.started;
     }
     const auto start = SteadyClock::now();
@@ -196,7 +205,10 @@ void RenderQueue::finish(const std::shared_ptr<Job>& job, Result result, std::ex
   std::list<std::function<void()>> listeners;
   {
     const std::lock_guard lock(mutex_);
-    std::erase(running_, job);
+    if (std::erase(running_, job) > 0) {
+      running_bytes_ -= job->memory_bytes;
+      work_there_.notify_all();  // there may be room now
+    }
     if (const auto found = in_flight_.find(job->id);
         found != in_flight_.end() && found->second == job) {
       in_flight_.erase(found);

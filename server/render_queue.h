@@ -39,10 +39,11 @@ class RenderQueue {
   using Work = std::function<Result(const Turn& turn)>;
 
   struct Submission {
-    std::string id = {};      // of the content: equal ids share one render
-    std::string client = {};  // whose turn it takes
-    double cost_s = 1.0;      // predicted seconds on a slot
-    bool is_small = false;    // may go on an express slot
+    std::string id = {};        // of the content: equal ids share one render
+    std::string client = {};    // whose turn it takes
+    double cost_s = 1.0;        // predicted seconds on a slot
+    double memory_bytes = 0.0;  // predicted
+    bool is_small = false;      // may go on an express slot
     Work work = {};
   };
   struct Shape {
@@ -50,6 +51,7 @@ class RenderQueue {
     int express_slots = 0;  // beside them, for small work alone
     int most_queued = 1;
     int most_queued_per_client = 1;
+    double memory_bytes = 1e300;  // of all that runs at once; one alone may have more
     int niceness = 0;
     int express_niceness = 0;
   };
@@ -89,6 +91,7 @@ class RenderQueue {
   using Line = std::deque<std::shared_ptr<Job>>;
   void serve(const std::stop_token& stop, bool is_express);
   std::shared_ptr<Job> next(bool is_express);
+  bool fits(const Job& job) const;
   void drop(const std::shared_ptr<Job>& job);
   void refuse_if_full(const std::string& client);
   void finish(const std::shared_ptr<Job>& job, Result result, std::exception_ptr failure,
@@ -108,6 +111,7 @@ class RenderQueue {
   Counts counts_ = {};
   Shape shape_;
   bool closed_ = false;
+  double running_bytes_ = 0.0;     // predicted
   double seconds_per_cost_ = 1.0;  // real over predicted seconds, smoothed over the latest renders
   std::vector<std::jthread> threads_ = {};
 };

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <span>
 #include <string>
 #include <system_error>
 
@@ -14,10 +15,12 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 
+#include "api/scene_upload.h"
 #include "core/error.h"
 #include "server/access.h"
 #include "server/commands.h"
 #include "server/log.h"
+#include "server/sandbox.h"
 #include "server/server.h"
 
 namespace fstop::server {
@@ -53,6 +56,15 @@ int serve(const ServeOptions& options) {
   const PortFile probe_port_file(options.probe_port_file, server.probe_port());
   server.run();
   return 0;
+}
+
+int read_scene(const std::string& name) {
+  enter_sandbox({});
+  const std::string bytes = text_of("-", api::ArchiveLimits{}.packed_bytes);
+  const api::UploadedScene scene =
+      api::read_upload(name, std::as_bytes(std::span(bytes)), api::Limits{});
+  std::cout << api::packed_upload(scene) << std::flush;
+  return std::cout ? 0 : 1;
 }
 
 int sign(const SignOptions& options) {

@@ -103,6 +103,12 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .queue = charts_,
                     .scenes = scenes_,
                     .draining = draining_}),
+      scene_calls_({.limits = config_.limits,
+                    .log = log_,
+                    .readers = readers_,
+                    .store = store_,
+                    .folder = config.upload_folder,
+                    .program = config.program}),
       queue_(queue_shape()),
       charts_({.slots = 1,
                .most_queued = config.limits.queued_charts,
@@ -136,6 +142,7 @@ RenderQueue::Shape Server::queue_shape() const {
           .express_slots = config_.limits.express_renders,
           .most_queued = config_.limits.queued_renders,
           .most_queued_per_client = config_.limits.queued_per_client,
+          .memory_bytes = static_cast<double>(config_.limits.render_bytes),
           .niceness = kRenderNiceness,
           .express_niceness = kExpressNiceness};
 }
@@ -145,13 +152,13 @@ void Server::add_routes() {
   render_calls_.add_to(routes_);
   job_calls_.add_to(routes_);
   chart_calls_.add_to(routes_);
+  scene_calls_.add_to(routes_);
   add_probes(routes_);
+  add_docs();
   const auto add = [this](verb method, const char* pattern,
                           asio::awaitable<Reply> (Server::*answer)(Call&)) {
     routes_.add(method, pattern, [this, answer](Call& call) { return (this->*answer)(call); });
   };
-  add(verb::get, "/v1/scenes", &Server::list_scenes);
-  add(verb::get, "/v1/scenes/{name}", &Server::show_scene);
   add(verb::post, "/v1/optics", &Server::optics);
   add(verb::post, "/v1/psf", &Server::psf);
   routes_.add(verb::get, "/v1/limits", immediate([this](const Call&) {
@@ -170,21 +177,6 @@ void Server::add_routes() {
   };
   routes_.add(verb::get, "/", file);
   routes_.set_files(file);
-}
-
-asio::awaitable<Reply> Server::list_scenes(Call&) {
-  co_return json_reply(
-      co_await readers_.run([this] { return api::scene_list_json(store_.list()); }));
-}
-
-asio::awaitable<Reply> Server::show_scene(Call& call) {
-  co_return co_await readers_.run([this, &call] {
-    std::string text = store_.text(call.parameters[0]);
-    const std::string tag = tag_of(text);
-    Reply reply = tagged_reply(call.request, "application/json", tag, std::move(text));
-    reply.set("Cache-Control", "no-cache");
-    return reply;
-  });
 }
 
 asio::awaitable<Reply> Server::optics(Call& call) {

@@ -25,6 +25,7 @@
 #include "server/result_store.h"
 #include "server/routes.h"
 #include "server/scene_cache.h"
+#include "server/scene_calls.h"
 #include "server/static_files.h"
 #include "server/workers.h"
 
@@ -59,14 +60,13 @@ class Server {
  private:
   void add_routes();
   void add_probes(Routes& routes);
+  void add_docs();
   std::string metrics_text() const;
   RenderQueue::Shape queue_shape() const;
   boost::asio::awaitable<void> stop_when_idle();
   void drain();
   boost::asio::awaitable<void> drain_deadline();
   boost::asio::awaitable<void> watch_signals();
-  boost::asio::awaitable<Reply> list_scenes(Call& call);
-  boost::asio::awaitable<Reply> show_scene(Call& call);
   boost::asio::awaitable<Reply> optics(Call& call);
   boost::asio::awaitable<Reply> psf(Call& call);
   Reply psf_reply(const Request& request);
@@ -90,6 +90,7 @@ class Server {
   RenderCalls render_calls_;
   JobCalls job_calls_;
   ChartCalls chart_calls_;
+  SceneCalls scene_calls_;
   RenderQueue queue_;  // its threads end before what they use
   RenderQueue charts_;
   AccessRules access_;

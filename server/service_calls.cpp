@@ -1,8 +1,12 @@
 // The server's probes and metrics: what the probes' thread answers, too. It reads only what any
 // thread may.
 #include <functional>
+#include <string>
+#include <string_view>
 #include <utility>
 
+#include "api/render_id.h"
+#include "server/docs_page.h"
 #include "server/reply_head.h"
 #include "server/server.h"
 
@@ -63,6 +67,29 @@ void Server::add_probes(Routes& routes) {
   routes.add(http::verb::get, "/metrics", immediate([this](const Call&) {
                return text_reply("text/plain; version=0.0.4; charset=utf-8", metrics_text());
              }));
+}
+
+// The page's own policy: scripts and styles from here, nothing in its text.
+void Server::add_docs() {
+  struct Part {
+    const char* path = nullptr;
+    const char* type = nullptr;
+    std::string_view text = {};
+  };
+  for (const Part& part : {Part{"/docs", "text/html; charset=utf-8", docs_page()},
+                           {"/docs/docs.css", "text/css; charset=utf-8", docs_style()},
+                           {"/docs/docs.js", "text/javascript; charset=utf-8", docs_script()}}) {
+    const std::string tag = etag_of(api::sha256_hex(part.text));
+    routes_.add(http::verb::get, part.path, immediate([part, tag](const Call& call) {
+                  Reply reply = tagged_reply(call.request, part.type, tag, std::string(part.text));
+                  reply.set("Content-Security-Policy",
+                            "default-src 'none'; script-src 'self'; style-src 'self'; "
+                            "connect-src 'self'; base-uri 'none'; frame-ancestors 'none'");
+                  reply.set("Referrer-Policy", "no-referrer");
+                  reply.set("Cache-Control", "no-cache");
+                  return reply;
+                }));
+  }
 }
 
 std::string Server::metrics_text() const {

@@ -8,6 +8,8 @@
 #include <boost/beast/core/string.hpp>
 
 #include "api/problem.h"
+#include "api/scene_upload.h"
+#include "server/counted.h"
 #include "server/reply_head.h"
 
 namespace fstop::server {
@@ -17,6 +19,7 @@ namespace asio = boost::asio;
 
 constexpr std::size_t kReadBytes = 16384;
 constexpr int kClientGoneStatus = 499;
+constexpr int kMostUploads = 4;
 
 Refusal too_slow(const char* what) {
   return Refusal(http::status::request_timeout, "request-timeout",
@@ -82,7 +85,8 @@ asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestR
   RequestParser parser(request,
                        {.max_head_bytes = context_.limits.header_bytes,
                         .max_fields = static_cast<std::size_t>(context_.limits.header_fields),
-                        .max_body_bytes = context_.limits.body_bytes});
+                        .max_body_bytes = context_.limits.body_bytes,
+                        .max_upload_bytes = api::ArchiveLimits{}.packed_bytes});
   std::exception_ptr failure;
   std::optional<Reply> reply;
   try {
@@ -163,10 +167,20 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
     reply.set("Allow", allow);
     co_return reply;
   }
+  std::optional<Counted> upload;
   Routes::Match match = context_.routes.match(request.verb, request.path);
   record.route = match.route->pattern;
-  if (request.verb == http::verb::post) {
+  if (request.verb == http::verb::post || request.verb == http::verb::put) {
     check_content(request);
+    if (request.verb == http::verb::put) {
+      // Each may hold its whole body: none is read before there is room for it.
+      if (*context_.uploads >= kMostUploads) {
+        throw Refusal(http::status::service_unavailable, "overloaded", "too many uploads at once")
+            .with("Retry-After", "5")
+            .closing();
+      }
+      upload.emplace(*context_.uploads);
+    }
     if (!parser.is_done()) co_await read_body(request, parser);
   } else if (!parser.is_done()) {
     throw Refusal(http::status::bad_request, "unexpected-body",
@@ -220,6 +234,9 @@ Reply reply_of(const std::exception_ptr& failure, RequestRecord& record) {
     for (const auto& [name, value] : refusal.headers()) reply.set(name, value);
     reply.close = refusal.close();
     return reply;
+  } catch (const api::UploadRefused& refused) {
+    record.problem = refused.problem().type.substr(refused.problem().type.rfind('/') + 1);
+    return problem_reply(refused.problem());
   } catch (const std::exception& exception) {
     const api::Problem problem = api::problem(exception);
     record.error = exception.what();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -25,6 +26,7 @@ struct SessionContext {
   const AccessRules& access;
   Log& log;
   Metrics& metrics;
+  std::shared_ptr<int> uploads = std::make_shared<int>(0);  // being read, or worked on, now
 };
 
 /// One connection: its requests one after the other, each answered before the next is read.

@@ -4,6 +4,7 @@
 #include <list>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -114,6 +115,27 @@ TEST(Turns, OneClientsLineIsBoundedAndOthersStillHaveRoom) {
   EXPECT_EQ(status("b", "6"), 0U);
   EXPECT_EQ(status("c", "7"), 503U);
   order.let_go();
+}
+
+TEST(Turns, MemoryIsReserved) {
+  Order order;
+  RenderQueue queue(
+      {.slots = 3, .most_queued = 9, .most_queued_per_client = 9, .memory_bytes = 100.0});
+  std::list<RenderQueue::Ticket> tickets;
+  const auto submit = [&](const std::string& name, double bytes) {
+    tickets.push_back(queue.submit(
+        {.id = name, .client = "a", .memory_bytes = bytes, .work = order.noting(name)}));
+  };
+  submit("first", 60.0);
+  submit("second", 60.0);
+  submit("third", 10.0);
+  ASSERT_TRUE(eventually([&] { return !order.begun().empty(); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(order.begun(), (std::vector<std::string>{"first"})) << "what has no room is not passed";
+  order.let_go();
+  ASSERT_TRUE(eventually([&] { return order.begun().size() == 3; }));
+  submit("alone", 1000.0);
+  EXPECT_TRUE(eventually([&] { return order.begun().size() == 4; })) << "alone it may have more";
 }
 
 // Retry-After follows what waits: a queue of long renders sends clients away for longer.

@@ -47,6 +47,21 @@ TEST(MetricsPage, CountsRequestsRendersAndErrors) {
   EXPECT_GE(metric(text, "fstop_request_seconds_count"), 4.0);
 }
 
+TEST(Docs, AreServedFromHereAlone) {
+  TestServer server;
+  const Answer page = ask(server.port(), "GET", "/docs");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_NE(page.header("content-security-policy").find("default-src 'none'"), std::string::npos);
+  for (const char* path : {"/docs", "/docs/docs.js", "/docs/docs.css"}) {
+    const Answer part = ask(server.port(), "GET", path);
+    EXPECT_EQ(part.status, 200) << path;
+    EXPECT_EQ(part.body.find("http://"), std::string::npos) << path;
+    EXPECT_EQ(part.body.find("https://"), std::string::npos) << path;
+  }
+  EXPECT_EQ(ask(server.port(), "GET", "/docs", {{"If-None-Match", page.header("etag")}}).status,
+            304);
+}
+
 TEST(Probes, HaveAPortOfTheirOwn) {
   TestServer server;
   ASSERT_NE(server.probe_port(), 0);

@@ -59,6 +59,7 @@ class TestServer {
     std::string url_key = {};
     std::vector<std::string> hosts = {};
     std::vector<std::string> origins = {};
+    bool takes_scenes = false;
     std::filesystem::path result_folder = {};  // empty: results stay in memory
     std::string address = "127.0.0.1";
     server::Simulate simulate = fstop::simulate;
