@@ -59,11 +59,24 @@ struct Limits {
 
   // The server.
   int connections = 2048;
-  int pipelined_answers = 8;  // queued on one connection
-  int queued_renders = 32;    // more are answered 503
+  int pipelined_answers = 8;   // queued on one connection
+  int queued_renders = 256;    // more are answered 503
+  int queued_per_client = 32;  // more are answered 429
   int concurrent_renders = 2;
+  int express_renders = 1;                              // beside them, for small renders alone
+  double small_render_s = 1.0;                          // predicted to take no longer
+  std::size_t render_bytes = std::size_t{16} << 30;     // predicted for one render
+  std::chrono::milliseconds synchronous_wait{2'000};    // then a render becomes a job
+  std::chrono::milliseconds longest_wait{600'000};      // that a client may ask for instead
+  int jobs = 1024;                                      // known at once, ended ones too
+  std::chrono::milliseconds job_retention{600'000};     // of an ended one
+  std::size_t kept_job_bytes = std::size_t{128} << 20;  // of results that only their jobs hold
+  int idempotency_keys = 4096;
+  std::chrono::milliseconds between_events{250};
+  std::chrono::milliseconds event_silence{15'000};  // then a comment shows that the stream lives
   int queued_charts = 2;  // one runs, on one thread; more are answered 503
-  std::size_t kept_result_bytes = std::size_t{512} << 20;
+  std::size_t kept_result_bytes = std::size_t{512} << 20;  // in memory
+  std::size_t kept_file_bytes = std::size_t{4} << 30;      // in the data directory
   std::size_t kept_scene_bytes = std::size_t{1} << 30;
   std::chrono::milliseconds header_deadline{10'000};  // from the first byte to the blank line
   std::chrono::milliseconds body_deadline{30'000};

@@ -66,6 +66,13 @@ nlohmann::ordered_json json_of(const Problem& problem, std::size_t listed) {
                                   {"title", problem.title},
                                   {"status", problem.status},
                                   {"detail", shortened(problem.detail, 1024)}};
+  if (problem.prediction) {
+    const CostPrediction& cost = *problem.prediction;
+    value["prediction"] = {{"samples", cost.samples},
+                           {"cpu_s", cost.cpu_s},
+                           {"wall_s", cost.wall_s},
+                           {"memory_bytes", cost.memory_bytes}};
+  }
   if (problem.errors.empty()) return value;
   auto& errors = value["errors"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < listed; ++i) {
@@ -120,7 +127,8 @@ Problem http_problem(int status, std::string_view slug, std::string detail) {
           .type = "/problems/" + std::string(slug),
           .title = title_of(slug),
           .detail = std::move(detail),
-          .errors = {}};
+          .errors = {},
+          .prediction = {}};
 }
 
 std::string to_json(const Problem& problem) {

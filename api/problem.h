@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <exception>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -53,6 +54,16 @@ class FaultList {
   std::vector<FieldFault> faults_ = {};
 };
 
+/// What a render is predicted to take.
+struct CostPrediction {
+  double samples = 0.0;  // over all pixels
+  double cpu_s = 0.0;    // of all threads
+  double wall_s = 0.0;   // on this server's threads, without waiting
+  double memory_bytes = 0.0;
+
+  friend bool operator==(const CostPrediction&, const CostPrediction&) = default;
+};
+
 /// An error as clients see it (RFC 9457).
 struct Problem {
   int status = 500;
@@ -60,6 +71,7 @@ struct Problem {
   std::string title = {};
   std::string detail = {};
   std::vector<FieldFault> errors = {};
+  std::optional<CostPrediction> prediction = {};  // of what is over budget
 };
 
 /// The problem that an exception is:

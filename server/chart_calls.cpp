@@ -64,9 +64,6 @@ struct ChartCalls::Finished {
 /// One client's wait for a chart.
 struct ChartCalls::Run {
   std::shared_ptr<const api::ChartRequest> request = {};
-  /// Of the chart that this client began; who joined another's sees no more than the end. Shared
-  /// with the work, which must not hold the ticket: it would keep itself from being withdrawn.
-  std::shared_ptr<Progress> progress = std::make_shared<Progress>(0.0);
   std::optional<RenderQueue::Ticket> ticket = {};
   double told = -1.0;
   bool ended = false;
@@ -97,7 +94,11 @@ asio::awaitable<Reply> ChartCalls::create(Call& call) {
   call.record.render = prepared.id;
   const auto run = std::make_shared<Run>();
   run->request = prepared.request;
-  run->ticket.emplace(services_.queue.submit(prepared.id, work(prepared, run->progress)));
+  const RenderQueue::Work work = [this, prepared](const RenderQueue::Turn& turn) {
+    return chart(prepared, turn);
+  };
+  run->ticket.emplace(
+      services_.queue.submit({.id = prepared.id, .client = call.client.peer(), .work = work}));
   if (prepared.form == Form::events) co_return event_reply(call, run);
 
   const auto first = co_await (run->ticket->ended() || call.client.peer_gone());
@@ -123,25 +124,17 @@ ChartCalls::Prepared ChartCalls::prepare(const Request& request) {
   return prepared;
 }
 
-RenderQueue::Work ChartCalls::work(const Prepared& prepared, std::shared_ptr<Progress> progress) {
-  return [this, prepared, progress = std::move(progress)](const std::stop_token& stop,
-                                                          double queued_ms) {
-    return chart(prepared, *progress, stop, queued_ms);
-  };
-}
-
 // On the thread of the queue.
 std::shared_ptr<ChartCalls::Finished> ChartCalls::chart(const Prepared& prepared,
-                                                        Progress& progress,
-                                                        const std::stop_token& stop,
-                                                        double queued_ms) {
+                                                        const RenderQueue::Turn& turn) {
   const auto start = SteadyClock::now();
-  services_.log.event("chart_start", {{"chart", prepared.id}, {"queue_ms", queued_ms}});
+  const std::stop_token& stop = turn.stop;
+  services_.log.event("chart_start", {{"chart", prepared.id}, {"queue_ms", turn.queued_ms}});
   std::atomic<SteadyClock::time_point> stopped_at = SteadyClock::time_point::max();
   const std::stop_callback note(stop, [&] { stopped_at = SteadyClock::now(); });
   try {
     auto finished = std::make_shared<Finished>();
-    finished->chart = chart_in_time(prepared, progress, stop);
+    finished->chart = chart_in_time(prepared, turn);
     services_.log.event("chart", {{"chart", prepared.id}, {"ms", milliseconds_since(start)}});
     return finished;
   } catch (const std::exception& exception) {
@@ -153,17 +146,16 @@ std::shared_ptr<ChartCalls::Finished> ChartCalls::chart(const Prepared& prepared
   }
 }
 
-AccuracyChart ChartCalls::chart_in_time(const Prepared& prepared, Progress& progress,
-                                        const std::stop_token& stop) {
+AccuracyChart ChartCalls::chart_in_time(const Prepared& prepared, const RenderQueue::Turn& turn) {
   const auto scene = services_.scenes.scene(prepared.request->picture, prepared.scene_hash);
   const auto deadline = SteadyClock::now() + services_.limits.chart_time;
   std::stop_source ended;
-  const std::stop_callback pass_on(stop, [&] { ended.request_stop(); });
+  const std::stop_callback pass_on(turn.stop, [&] { ended.request_stop(); });
   bool too_late = false;  // the chart has no thread but this
   int logged = 0;
   const RunControl control{
       .stop = ended.get_token(), .progress = [&](double share) {
-        progress = share;
+        turn.progress->advance(share);
         if (const int step = static_cast<int>(share * kLoggedSteps); step > logged) {
           logged = step;
           services_.log.event("chart_progress", {{"chart", prepared.id}, {"progress", share}});
@@ -174,7 +166,7 @@ AccuracyChart ChartCalls::chart_in_time(const Prepared& prepared, Progress& prog
   try {
     return accuracy_chart(prepared.request->chart, *scene, control);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::cancelled || !too_late || stop.stop_requested()) throw;
+    if (error.code() != ErrorCode::cancelled || !too_late || turn.stop.stop_requested()) throw;
     throw Refusal(http::status::gateway_timeout, "deadline",
                   "the chart was stopped after " +
                       std::to_string(services_.limits.chart_time.count()) + " ms");
@@ -203,7 +195,7 @@ asio::awaitable<std::string> ChartCalls::next_event(Connection& client, RequestR
       if (first.index() == 2) throw ClientGone();
       if (first.index() == 0) break;
     }
-    const double share = *run.progress;
+    const double share = run.ticket->progress().fraction;
     if (share <= run.told) continue;
     run.told = share;
     co_return progress_event(share);

@@ -23,7 +23,7 @@ struct ChartServices {
   Workers& readers;    // read requests and scenes
   RenderQueue& queue;  // of its own: one chart at a time, on that thread alone
   SceneCache& scenes;
-  const bool& draining;  // no new work; changes on the I/O thread
+  const std::atomic<bool>& draining;  // no new work
 };
 
 /// POST /v1/charts. A chart renders on the one thread of its queue, so that it takes no turn of the
@@ -41,17 +41,13 @@ class ChartCalls {
     std::string id = {};
     Form form = Form::json;
   };
-  using Progress = std::atomic<double>;  // share done
   struct Run;
   struct Finished;
 
   boost::asio::awaitable<Reply> create(Call& call);
   Prepared prepare(const Request& request);
-  RenderQueue::Work work(const Prepared& prepared, std::shared_ptr<Progress> progress);
-  std::shared_ptr<Finished> chart(const Prepared& prepared, Progress& progress,
-                                  const std::stop_token& stop, double queued_ms);
-  AccuracyChart chart_in_time(const Prepared& prepared, Progress& progress,
-                              const std::stop_token& stop);
+  std::shared_ptr<Finished> chart(const Prepared& prepared, const RenderQueue::Turn& turn);
+  AccuracyChart chart_in_time(const Prepared& prepared, const RenderQueue::Turn& turn);
   static Reply event_reply(Call& call, const std::shared_ptr<Run>& run);
   static boost::asio::awaitable<std::string> next_event(Connection& client, RequestRecord& record,
                                                         Run& run);

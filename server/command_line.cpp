@@ -1,15 +1,19 @@
 #include "server/command_line.h"
 
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "api/problem.h"
 #include "api/render_id.h"
 #include "server/commands.h"
+#include "server/config_file.h"
 
 namespace fstop::server {
 namespace {
@@ -24,6 +28,8 @@ struct CommandLine {
   PsfOptions psf = {};
   ChartOptions chart = {};
   ProbeOptions probe = {};
+  SignOptions sign = {};
+  std::string scene_name = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
@@ -31,8 +37,20 @@ struct CommandLine {
   CLI::App* psf_command = nullptr;
   CLI::App* chart_command = nullptr;
   CLI::App* probe_command = nullptr;
+  CLI::App* read_scene_command = nullptr;
+  CLI::App* sign_command = nullptr;
   CLI::App* version_command = nullptr;
 };
+
+// The options of `command` without their dashes, which may stand in a file or the environment.
+std::vector<std::string> option_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_single_name();
+    if (name != "help" && name != "config") names.push_back(name);
+  }
+  return names;
+}
 
 void add_serve(CommandLine& line) {
   ServeOptions& options = line.serve;
@@ -51,6 +69,39 @@ void add_serve(CommandLine& line) {
   command->add_option("--port-file", options.port_file, "holds the port while the server listens");
   command->add_option("--web-root", options.web_root, "folder of the web page");
   command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  command->add_option("--url-key-file", options.url_key_file,
+                      "file whose first line signs URLs that need no token (fstop sign)");
+  command
+      ->add_option("--allow-host", options.hosts,
+                   "further names that requests may call this server, comma-separated")
+      ->delimiter(',');
+  command
+      ->add_option("--cors-origin", options.origins,
+                   "origins whose pages may use this server, comma-separated")
+      ->delimiter(',');
+  command->add_option("--probe-port", options.probe_port,
+                      "port of its own, on loopback, for /livez, /readyz, /metrics; 0: any free");
+  command->add_option("--probe-port-file", options.probe_port_file,
+                      "holds that port while the server listens");
+  command->add_option("--concurrent-renders", options.concurrent_renders, "that run at once")
+      ->capture_default_str();
+  command->add_option("--queued-renders", options.queued_renders, "that wait; more are refused")
+      ->capture_default_str();
+  command
+      ->add_option("--synchronous-s", options.synchronous_s,
+                   "until a render becomes a job, unless the client says Prefer: wait=N")
+      ->capture_default_str();
+  command->add_option("--drain-s", options.drain_s, "that SIGTERM gives to what was admitted")
+      ->capture_default_str();
+  command->add_option("--cache-mib", options.cache_mib, "of results, in the data directory")
+      ->capture_default_str();
+  for (const std::string& name : option_names(*command))
+    command->get_option("--" + name)->envname(variable_of(name));
+  command
+      ->add_option("--config", options.config_file,
+                   "file of lines \"name = value\", names as above; flags and environment "
+                   "variables such as FSTOP_DATA_DIR go before it")
+      ->envname("FSTOP_CONFIG");
   line.serve_command = command;
 }
 
@@ -100,6 +151,17 @@ void add_commands(CommandLine& line) {
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
       ->capture_default_str();
+  line.sign_command = line.app.add_subcommand("sign", "a URL that needs no token for a while");
+  line.sign_command->add_option("target", line.sign.target, "path and query, /v1/renders/...")
+      ->required();
+  line.sign_command->add_option("--url-key-file", line.sign.url_key_file, "as of fstop serve")
+      ->required();
+  line.sign_command->add_option("--valid-s", line.sign.valid_s, "seconds from now")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  line.read_scene_command = line.app.add_subcommand("read-scene", "what the server runs apart");
+  line.read_scene_command->group("");  // of no use by hand
+  line.read_scene_command->add_option("name", line.scene_name, "of the scene")->required();
   line.version_command = line.app.add_subcommand("version", "print the version");
 }
 
@@ -110,8 +172,22 @@ int run_command(const CommandLine& line) {
   if (line.psf_command->parsed()) return psf(line.psf);
   if (line.chart_command->parsed()) return chart(line.chart);
   if (line.probe_command->parsed()) return probe(line.probe);
+  if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
+  if (line.sign_command->parsed()) return sign(line.sign);
   std::cout << api::engine_version() << '\n';
   return 0;
+}
+
+// The file is read before the options are: it stands for environment variables.
+std::string config_file(int argc, char** argv) {
+  constexpr std::string_view kOption = "--config";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument == kOption && i + 1 < argc) return argv[i + 1];
+    if (argument.starts_with("--config=")) return std::string(argument.substr(kOption.size() + 1));
+  }
+  const char* variable = std::getenv("FSTOP_CONFIG");
+  return variable == nullptr ? std::string() : std::string(variable);
 }
 
 int print_problem(const api::Problem& problem) {
@@ -126,6 +202,9 @@ int run_command_line(int argc, char** argv) {
   try {
     CommandLine line;
     add_commands(line);
+    const bool serves = argc > 1 && std::string_view(argv[1]) == "serve";
+    if (const std::string file = serves ? config_file(argc, argv) : std::string(); !file.empty())
+      apply_config_file(file, option_names(*line.serve_command));
     try {
       line.app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

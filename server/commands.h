@@ -35,6 +35,12 @@ struct ProbeOptions {
   std::uint16_t port = 8080;
 };
 
+struct SignOptions {
+  std::string target = {};  // path and query
+  std::string url_key_file = {};
+  std::int64_t valid_s = 3600;
+};
+
 // Each returns the exit code of its command. Throws: Error.
 int serve(const ServeOptions& options);
 int render(const RenderOptions& options);
@@ -47,6 +53,11 @@ int psf(const PsfOptions& options);
 int chart(const ChartOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
+/// Locks itself in, reads a scene archive on standard input and prints what is to be stored: what
+/// the server runs apart from itself. Throws: as api::read_upload.
+int read_scene(const std::string& name);
+/// Prints the target with its signature.
+int sign(const SignOptions& options);
 
 /// All of a file, or of standard input for "-".
 /// Throws: Error{not_found, over_budget, io_failure}.
@@ -55,5 +66,9 @@ std::string text_of(const std::string& file, std::size_t max_bytes);
 /// Writes the whole file or, on failure, nothing: through a file beside it that is then renamed.
 /// Throws: Error{io_failure}.
 void write_file(const std::string& file, std::string_view bytes);
+
+/// The same for what must outlive a crash: its name is flushed, too.
+/// Throws: Refusal 507 where there is no room, else Error{io_failure}.
+void write_durably(const std::string& file, std::string_view bytes);
 
 }  // namespace fstop::server

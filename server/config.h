@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,17 @@ struct ServeOptions {
   std::string port_file = {};   // where the bound port is written
   std::string web_root = {};    // empty: the page that was built or installed with fstop
   std::string scenes_dir = {};  // empty: the bundled scenes
+  std::string url_key_file = {};
+  std::vector<std::string> hosts = {};
+  std::vector<std::string> origins = {};
+  std::optional<std::uint16_t> probe_port = {};  // none: probes on the one port alone
+  std::string probe_port_file = {};
+  int concurrent_renders = api::Limits{}.concurrent_renders;
+  int queued_renders = api::Limits{}.queued_renders;
+  double synchronous_s = 2.0;
+  double drain_s = 20.0;
+  std::int64_t cache_mib = 4096;
+  std::string config_file = {};  // read before the rest
 };
 
 /// The same, checked and filled.
@@ -28,6 +40,13 @@ struct ServerConfig {
   std::uint16_t port = 0;
   int threads = 0;
   std::string token = {};
+  std::string url_key = {};
+  std::vector<std::string> hosts = {};    // lower case
+  std::vector<std::string> origins = {};  // "scheme://host[:port]"
+  std::optional<std::uint16_t> probe_port = {};
+  std::filesystem::path upload_folder = {};  // empty: no scenes are taken
+  std::string program = "/proc/self/exe";    // what reads them, locked in
+  std::filesystem::path result_folder = {};  // empty: results stay in memory
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first
   api::Limits limits = {};
@@ -35,8 +54,13 @@ struct ServerConfig {
 
 /// Throws: Error{invalid_request} for what cannot be served so: an address that is none, one that
 ///         others can reach without a token file, a token under 16 characters, a data directory
-///         that is a file; Error{io_failure} for a token file that cannot be read.
+///         that is a file or cannot be written to, a number out of range, an origin or a host that
+///         is none; Error{io_failure} for a file that cannot be read.
 ServerConfig checked(const ServeOptions& options);
+
+/// The secret on the first line of `file`: 16 to 4096 visible ASCII characters. `option`: for the
+/// message. Throws: as checked().
+std::string secret_of(const std::string& file, const std::string& option);
 
 /// Where the bundled scenes and the web page lie: beside an installed program (../share/fstop), or
 /// in the source tree of one that lies where it was built.

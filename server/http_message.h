@@ -5,6 +5,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,8 @@
 #include <boost/beast/http/fields.hpp>
 #include <boost/beast/http/status.hpp>
 #include <boost/beast/http/verb.hpp>
+
+#include "api/problem.h"
 
 namespace fstop::server {
 
@@ -78,6 +81,11 @@ class Refusal : public std::exception {
     headers_.emplace_back(std::move(name), std::move(value));
     return *this;
   }
+  /// What the refused request was predicted to cost.
+  Refusal& predicting(const api::CostPrediction& cost) {
+    prediction_ = cost;
+    return *this;
+  }
   /// After it the bytes that follow on the connection cannot be trusted, or are not wanted.
   Refusal& closing() {
     close_ = true;
@@ -92,12 +100,14 @@ class Refusal : public std::exception {
     return headers_;
   }
   bool close() const noexcept { return close_; }
+  const std::optional<api::CostPrediction>& prediction() const noexcept { return prediction_; }
 
  private:
   http::status status_;
   std::string slug_;
   std::string detail_;
   std::vector<std::pair<std::string, std::string>> headers_ = {};
+  std::optional<api::CostPrediction> prediction_ = {};
   bool close_ = false;
 };
 

@@ -93,12 +93,14 @@ void Listener::admit(tcp::socket socket) {
 asio::awaitable<void> Listener::serve(tcp::socket socket) {
   Session session(std::move(socket), session_context_, ++accepted_);
   sessions_.insert(&session);
+  ++open_;
   try {
     co_await session.run();
   } catch (const std::exception& exception) {
     session_context_.log.warning("session_failed", {{"error", exception.what()}});
   }
   sessions_.erase(&session);
+  --open_;
   if (sessions_.empty() && drained_) drained_();
 }
 

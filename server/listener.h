@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -30,7 +31,8 @@ class Listener {
   void finish(std::function<void()> drained);
   /// Ends all sessions at once.
   void abort_sessions();
-  std::size_t sessions() const noexcept { return sessions_.size(); }
+  /// From any thread.
+  int sessions() const noexcept { return open_; }
 
  private:
   boost::asio::awaitable<void> accept_all();
@@ -45,7 +47,8 @@ class Listener {
   std::unordered_set<Session*> sessions_ = {};
   std::function<void()> drained_ = {};
   std::uint64_t accepted_ = 0;
-  int turned_away_ = 0;  // connections that are being told so
+  std::atomic<int> open_ = 0;  // sessions_.size()
+  int turned_away_ = 0;        // connections that are being told so
   int spare_descriptor_ = -1;
 };
 

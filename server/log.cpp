@@ -101,6 +101,12 @@ void Log::request(const RequestRecord& record) {
                                   {"status", record.status},
                                   {"ms", rounded_ms(record.duration_ms)},
                                   {"bytes", static_cast<long long>(record.reply_bytes)}};
+  if (!record.trace.trace_id.empty()) {
+    fields.emplace_back("trace_id", record.trace.trace_id);
+    fields.emplace_back("span_id", record.trace.span_id);
+    if (!record.trace.parent_id.empty()) fields.emplace_back("parent_id", record.trace.parent_id);
+  }
+  if (!record.problem.empty()) fields.emplace_back("problem", record.problem);
   if (!record.render.empty()) fields.emplace_back("render", record.render);
   if (!record.error.empty()) fields.emplace_back("error", record.error);
   event("request", fields);

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/trace.h"
+
 namespace spdlog {
 class logger;
 namespace details {
@@ -25,8 +27,10 @@ struct RequestRecord {
   int status = 0;          // 499: the client went away before the reply
   double duration_ms = 0.0;
   std::size_t reply_bytes = 0;
-  std::string render = {};  // id of the render it led to
-  std::string error = {};   // what an exception said; never sent to a client
+  std::string render = {};   // id of the render it led to
+  std::string problem = {};  // slug of the problem it was answered with
+  TraceContext trace = {};
+  std::string error = {};  // what an exception said; never sent to a client
 };
 
 /// One member of a log line: a text, written escaped, or a number.

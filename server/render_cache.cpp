@@ -34,21 +34,12 @@ EncodedFile StoredRender::file(const FileKey& key) {
   file.encode_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   const std::lock_guard lock(mutex_);
-  if (files_.empty()) encode_ms_ = file.encode_ms;
   return files_.emplace(key, std::move(file)).first->second;
 }
 
-std::string StoredRender::report_json() {
-  api::Timing with_encoding = timing;
-  {
-    const std::lock_guard lock(mutex_);
-    with_encoding.encode_ms = encode_ms_;
-  }
-  return api::report_json(id, photograph.report, with_encoding, normalised);
-}
-
 std::size_t StoredRender::bytes() {
-  std::size_t total = sizeof *this + normalised.size() + image_bytes(photograph.color);
+  std::size_t total =
+      sizeof *this + normalised.size() + report.size() + image_bytes(photograph.color);
   for (const auto& [output, image] : photograph.layers) total += image_bytes(image);
   const std::lock_guard lock(mutex_);
   for (const auto& [key, file] : files_) total += file.bytes->size();
@@ -56,15 +47,20 @@ std::size_t StoredRender::bytes() {
 }
 
 void RenderCache::insert(std::shared_ptr<StoredRender> render) {
+  if (files_ != nullptr) files_->save(*render);
+  keep(std::move(render));
+}
+
+void RenderCache::keep(std::shared_ptr<StoredRender> render) {
   const std::size_t bytes = render->bytes();
   const std::lock_guard lock(mutex_);
   if (const auto found = by_id_.find(render->id); found != by_id_.end()) {
-    bytes_ -= found->second->bytes;
+    counts_.bytes -= found->second->bytes;
     entries_.erase(found->second);
   }
   entries_.push_front({std::move(render), bytes});
   by_id_[entries_.front().render->id] = entries_.begin();
-  bytes_ += bytes;
+  counts_.bytes += bytes;
   evict();
 }
 
@@ -76,28 +72,39 @@ std::shared_ptr<StoredRender> RenderCache::find(const std::string& id) {
   return entries_.front().render;
 }
 
+std::shared_ptr<StoredRender> RenderCache::load(const std::string& id) {
+  std::shared_ptr<StoredRender> render = find(id);
+  if (!render && files_ != nullptr) {
+    render = files_->load(id);
+    if (render) keep(render);
+  }
+  const std::lock_guard lock(mutex_);
+  ++(render ? counts_.hits : counts_.misses);
+  return render;
+}
+
 void RenderCache::recount(const std::string& id) {
   const std::lock_guard lock(mutex_);
   const auto found = by_id_.find(id);
   if (found == by_id_.end()) return;
   Entry& entry = *found->second;
-  bytes_ -= entry.bytes;
+  counts_.bytes -= entry.bytes;
   entry.bytes = entry.render->bytes();
-  bytes_ += entry.bytes;
+  counts_.bytes += entry.bytes;
   evict();
 }
 
 void RenderCache::evict() {
-  while (bytes_ > max_bytes_ && entries_.size() > 1) {
-    bytes_ -= entries_.back().bytes;
+  while (counts_.bytes > max_bytes_ && entries_.size() > 1) {
+    counts_.bytes -= entries_.back().bytes;
     by_id_.erase(entries_.back().render->id);
     entries_.pop_back();
   }
 }
 
-std::size_t RenderCache::bytes() const {
+RenderCache::Counts RenderCache::counts() const {
   const std::lock_guard lock(mutex_);
-  return bytes_;
+  return counts_;
 }
 
 }  // namespace fstop::server

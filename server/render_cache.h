@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "api/render_request.h"
 #include "api/report_json.h"
 #include "server/http_message.h"
+#include "server/result_store.h"
 
 namespace fstop::server {
 
@@ -39,46 +41,57 @@ struct StoredRender {
   std::string normalised = {};  // the request, for the report
   SimulationSpec spec = {};
   Photograph photograph = {};
-  api::Timing timing = {};  // encode_ms apart, see report_json()
+  api::Timing timing = {};
+  std::string report = {};  // JSON; as it was when the render ended
 
   /// The file, encoded now if it has not been. Throws: as api::picture_of and encode.
   EncodedFile file(const FileKey& key);
-  /// Includes what encoding the first file took.
-  std::string report_json();
+  /// The file if it has been encoded: at once.
+  std::optional<EncodedFile> known_file(const FileKey& key);
   std::size_t bytes();
 
  private:
-  std::optional<EncodedFile> known_file(const FileKey& key);
-
   std::mutex encoding_mutex_ = {};  // held while encoding: one at a time
   std::mutex mutex_ = {};           // held briefly: the I/O thread takes it too
   std::map<FileKey, EncodedFile> files_ = {};
-  double encode_ms_ = 0.0;
 };
 
-/// Finished renders by id: those used last, as many as the bound on their bytes allows, and always
-/// the newest.
+/// Finished renders by id, in memory and in files: those used last, as many as the bounds on their
+/// bytes allow, and always the newest.
 class RenderCache {
  public:
-  explicit RenderCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+  struct Counts {
+    std::size_t bytes = 0;  // in memory
+    std::uint64_t hits = 0;
+    std::uint64_t misses = 0;
+  };
 
+  /// `files`: where renders go beyond the memory; null: nowhere.
+  explicit RenderCache(std::size_t max_bytes, ResultStore* files = nullptr)
+      : max_bytes_(max_bytes), files_(files) {}
+
+  /// Returns once the render lies on the disk. Throws: as ResultStore::save; then it is not kept.
   void insert(std::shared_ptr<StoredRender> render);
-  /// Null if there is none (any more).
+  /// From memory alone. Null if there is none (any more).
   std::shared_ptr<StoredRender> find(const std::string& id);
+  /// From memory or a file, which takes its time. Null if there is none (any more).
+  std::shared_ptr<StoredRender> load(const std::string& id);
   /// Counts anew what `id` holds, after a file was added.
   void recount(const std::string& id);
-  std::size_t bytes() const;
+  Counts counts() const;
 
  private:
   struct Entry {
     std::shared_ptr<StoredRender> render = {};
     std::size_t bytes = 0;
   };
+  void keep(std::shared_ptr<StoredRender> render);
   void evict();
 
   mutable std::mutex mutex_;
   std::size_t max_bytes_;
-  std::size_t bytes_ = 0;
+  ResultStore* files_;
+  Counts counts_ = {};
   std::list<Entry> entries_ = {};  // the one used last first
   std::unordered_map<std::string, std::list<Entry>::iterator> by_id_ = {};
 };

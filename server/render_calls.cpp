@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
+#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
 
 #include "api/picture.h"
 #include "api/render_id.h"
@@ -20,17 +24,12 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::experimental::awaitable_operators::operator||;
-using SteadyClock = std::chrono::steady_clock;
 
 // Requests being read for each place in the queue: most may ask for what is there already.
 constexpr int kPreparedPerPlace = 8;
 
 // The id says all that the bytes depend on, so they never change.
 constexpr const char* kUnchanging = "private, max-age=31536000, immutable";
-
-double milliseconds_since(SteadyClock::time_point start) {
-  return std::chrono::duration<double, std::milli>(SteadyClock::now() - start).count();
-}
 
 std::string digits(double number, int precision) {
   std::array<char, 64> text = {};
@@ -48,6 +47,18 @@ std::string server_timing(const api::Timing& timing, double encode_ms, bool was_
          ", " + encode;
 }
 
+asio::awaitable<void> sleep_until(Clock::time_point time) {
+  asio::steady_timer timer(co_await asio::this_coro::executor, time);
+  co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
+}
+
+Refusal too_late() {
+  return {http::status::gateway_timeout, "deadline",
+          "the render was not done when the client's time had run out"};
+}
+
+}  // namespace
+
 void describe(Reply& reply, const StoredRender& render) {
   const ImageError& error = render.photograph.report.error;
   reply.set("Fstop-Render-Id", render.id);
@@ -56,9 +67,39 @@ void describe(Reply& reply, const StoredRender& render) {
             "estimate=" + digits(error.estimate, 6) + ", upper_95=" + digits(error.upper_95, 6));
 }
 
-bool is_kept(const api::RenderRequest& request) { return !request.spec.quality.max_time_ms; }
+ImageFormat wanted_format(const Request& request, ImageFormat usual) {
+  constexpr std::array<std::string_view, 1> kKnown = {"format"};
+  const auto query = query_parameters(request, kKnown);
+  if (query.contains("format")) return format_of(query.at("format"));
+  return *negotiated(request.header("Accept"), usual, false);
+}
 
-}  // namespace
+asio::awaitable<EncodedFile> encoded_file(Workers& encoders, RenderCache& renders,
+                                          std::shared_ptr<StoredRender> render, FileKey key) {
+  const bool is_float = key.format == ImageFormat::exr || key.format == ImageFormat::tiff;
+  if (!is_float) key.precision = Precision::single;
+  if (auto known = render->known_file(key)) co_return *known;
+  const auto encode_now = [&] {
+    EncodedFile made = render->file(key);
+    renders.recount(render->id);
+    return made;
+  };
+  co_return co_await encoders.run(encode_now);
+}
+
+Reply accepted_reply(const Job& job, const Preferences& wishes) {
+  const api::JobView view = view_of(job);
+  Reply reply{.status = http::status::accepted, .body = api::job_json(view)};
+  reply.set("Content-Type", "application/json");
+  reply.set("Location", "/v1/jobs/" + job.name);
+  reply.set("Cache-Control", "no-store");
+  reply.set("Fstop-Render-Id", job.order.render);
+  const double seconds = view.remaining_ms ? 1e-3 * *view.remaining_ms : 1.0;
+  reply.set("Retry-After",
+            std::to_string(static_cast<int>(std::ceil(std::clamp(seconds, 1.0, 60.0)))));
+  if (!wishes.applied.empty()) reply.set("Preference-Applied", wishes.applied);
+  return reply;
+}
 
 void RenderCalls::add_to(Routes& routes) {
   using Method = asio::awaitable<Reply> (RenderCalls::*)(Call&);
@@ -72,6 +113,7 @@ void RenderCalls::add_to(Routes& routes) {
 }
 
 asio::awaitable<Reply> RenderCalls::create(Call& call) {
+  const auto start = Clock::now();
   if (services_.draining) {
     throw Refusal(http::status::service_unavailable, "draining", "the server is about to stop")
         .with("Retry-After", "5");
@@ -80,35 +122,38 @@ asio::awaitable<Reply> RenderCalls::create(Call& call) {
     throw Refusal(http::status::service_unavailable, "overloaded", "too many requests at once")
         .with("Retry-After", "1");
   }
+  const Preferences wishes = preferences_of(call.request, services_.limits);
   Prepared prepared;
   {
     const Counted counted(preparing_);
     prepared = co_await services_.readers.run([this, &call] { return prepare(call.request); });
   }
-  call.record.render = prepared.id;
-  std::shared_ptr<StoredRender> render = services_.renders.find(prepared.id);
-  const bool was_there = render != nullptr;
-  if (!was_there) render = co_await rendered(call, prepared);
+  call.record.render = prepared.task.id;
+  const std::shared_ptr<Job> earlier =
+      wishes.idempotency_key.empty()
+          ? nullptr
+          : services_.jobs.repeated(call.client.peer() + ' ' + wishes.idempotency_key,
+                                    prepared.fingerprint);
+  if (earlier && earlier->state == Job::State::active) co_return accepted_reply(*earlier, wishes);
+  std::shared_ptr<StoredRender> render = prepared.there;
+  if (!render && earlier) render = earlier->result;
+  if (render) co_return co_await created(call, prepared, render, true);
 
-  Reply reply;
-  describe(reply, *render);
-  reply.set("Vary", "Accept");
-  reply.set("Cache-Control", "no-store");
-  if (is_kept(*prepared.request)) reply.set("Location", "/v1/renders/" + render->id);
-  double encode_ms = 0.0;
-  if (prepared.wanted) {
-    const EncodedFile encoded = co_await file(
-        render, {.format = *prepared.wanted, .precision = prepared.request->precision});
-    encode_ms = encoded.encode_ms;
-    reply.set("Content-Type", std::string(media_type(*prepared.wanted)));
-    reply.set("ETag", encoded.etag);
-    reply.body = encoded.bytes;
-  } else {
-    reply.set("Content-Type", "application/json");
-    reply.body = render->report_json();
+  RenderQueue::Ticket ticket = submit(call, prepared);
+  const auto last = wishes.deadline ? start + *wishes.deadline : Clock::time_point::max();
+  const auto patience = start + wishes.wait;
+  bool has_ended = wishes.wait.count() == 0 ? ticket.has_ended() : false;
+  // While the server drains nobody could ask for a job: then the wait goes on.
+  for (auto until = std::min(patience, last); !has_ended && Clock::now() < until;
+       until = services_.draining ? last : until) {
+    const auto first = co_await (ticket.ended() || call.client.peer_gone() || sleep_until(until));
+    if (first.index() == 1) throw ClientGone();
+    has_ended = first.index() == 0;
   }
-  reply.set("Server-Timing", server_timing(render->timing, encode_ms, was_there));
-  co_return reply;
+  if (!has_ended && Clock::now() >= last) throw too_late();
+  if (!has_ended) co_return promoted(call, prepared, wishes, std::move(ticket), start);
+  render = std::static_pointer_cast<StoredRender>(ticket.result());
+  co_return co_await created(call, prepared, render, false);
 }
 
 RenderCalls::Prepared RenderCalls::prepare(const Request& request) {
@@ -116,114 +161,113 @@ RenderCalls::Prepared RenderCalls::prepare(const Request& request) {
   auto parsed = std::make_shared<const api::RenderRequest>(
       api::parse_render_request(request.body, services_.limits, api::SceneNames::stored_only));
   prepared.wanted = negotiated(request.header("Accept"), parsed->format, true);
-  prepared.scene_hash = services_.scenes.hash(*parsed);
-  prepared.id = api::render_id(parsed->canonical, prepared.scene_hash, api::engine_version());
-  prepared.request = std::move(parsed);
+  RenderTask& task = prepared.task;
+  task.format = prepared.wanted.value_or(parsed->format);
+  task.scene_hash = services_.scenes.hash(*parsed);
+  task.id = api::render_id(parsed->canonical, task.scene_hash, api::engine_version());
+  task.request = std::move(parsed);
+  if (request.has_header("Idempotency-Key"))
+    prepared.fingerprint = api::sha256_hex(std::string_view(request.body));
+  if (task.is_kept()) prepared.there = services_.renders.load(task.id);
+  if (prepared.there) return prepared;
+  task.cost = services_.costs.predict(task.request->spec, task.scene_hash);
+  refuse_what_costs_too_much(task);
   return prepared;
 }
 
-// Waits for the render with the client; it is withdrawn when the client goes.
-asio::awaitable<std::shared_ptr<StoredRender>> RenderCalls::rendered(Call& call,
-                                                                     const Prepared& prepared) {
-  const RenderQueue::Ticket ticket = services_.queue.submit(
-      prepared.id, [this, prepared](const std::stop_token& stop, double queued_ms) {
-        return render(prepared, stop, queued_ms);
-      });
-  const auto first = co_await (ticket.ended() || call.client.peer_gone());
-  if (first.index() == 1) throw ClientGone();
-  co_return std::static_pointer_cast<StoredRender>(ticket.result());
+// Before anything is allocated for it. Samples that the planner chooses are bounded while they are
+// taken; those that are asked for are certain.
+void RenderCalls::refuse_what_costs_too_much(const RenderTask& task) const {
+  const auto most_s = std::chrono::duration<double>(services_.limits.render_time).count();
+  const auto most_bytes = static_cast<double>(services_.limits.render_bytes);
+  const QualitySpec& quality = task.request->spec.quality;
+  const bool takes_too_long = quality.samples && !quality.max_time_ms && task.cost.wall_s > most_s;
+  if (!takes_too_long && task.cost.memory_bytes <= most_bytes) return;
+  const std::string detail =
+      takes_too_long
+          ? "the render is predicted to take " + digits(task.cost.wall_s, 3) + " s, more than " +
+                digits(most_s, 6) + " s"
+          : "the render is predicted to take " + digits(task.cost.memory_bytes / (1 << 20), 4) +
+                " MiB, more than " + digits(most_bytes / (1 << 20), 6) + " MiB";
+  throw Refusal(http::status::unprocessable_entity, "over-budget", detail).predicting(task.cost);
 }
 
-// On a thread of the queue.
-std::shared_ptr<StoredRender> RenderCalls::render(const Prepared& prepared,
-                                                  const std::stop_token& stop, double queued_ms) {
-  if (auto there = services_.renders.find(prepared.id)) return there;  // ended just now
-  const api::RenderRequest& request = *prepared.request;
-  const auto start = SteadyClock::now();
-  services_.log.event("render_start", {{"render", prepared.id}, {"queue_ms", queued_ms}});
-  SimulationSpec spec = request.spec;
-  spec.outputs = api::layers_needed(ImageFormat::exr, spec.outputs);
-  std::atomic<SteadyClock::time_point> stopped_at = SteadyClock::time_point::max();
-  const std::stop_callback note(stop, [&] { stopped_at = SteadyClock::now(); });
-  const double cpu_start = cpu_.start();
-  auto stored = std::make_shared<StoredRender>();
-  try {
-    const auto scene = services_.scenes.scene(request, prepared.scene_hash);
-    stored->photograph = simulate_in_time(spec, *scene, stop);
-  } catch (const std::exception& exception) {
-    cpu_.stop(cpu_start);
-    std::vector<LogField> fields = {
-        {"render", prepared.id}, {"ms", milliseconds_since(start)}, {"why", exception.what()}};
-    if (stop.stop_requested()) fields.emplace_back("stop_ms", milliseconds_since(stopped_at));
-    services_.log.event("render_ended_early", fields);
-    throw;
+RenderQueue::Ticket RenderCalls::submit(const Call& call, const Prepared& prepared) {
+  const RenderTask& task = prepared.task;
+  return services_.queue.submit({.id = task.id,
+                                 .client = call.client.peer(),
+                                 .cost_s = task.cost.wall_s,
+                                 .memory_bytes = task.cost.memory_bytes,
+                                 .is_small = task.cost.wall_s <= services_.limits.small_render_s,
+                                 .work = [this, task](const RenderQueue::Turn& turn) {
+                                   return services_.work.render(task, turn);
+                                 }});
+}
+
+Reply RenderCalls::promoted(Call& call, const Prepared& prepared, const Preferences& wishes,
+                            RenderQueue::Ticket ticket, Clock::time_point start) {
+  JobOrder order{.render = prepared.task.id,
+                 .is_kept = prepared.task.is_kept(),
+                 .format = prepared.task.format,
+                 .precision = prepared.task.request->precision};
+  const QualitySpec& quality = prepared.task.request->spec.quality;
+  if (!quality.samples && !quality.max_time_ms) order.max_error = quality.max_error;
+  if (wishes.deadline) order.deadline = start + *wishes.deadline;
+  const auto job = services_.jobs.add(std::move(order), std::move(ticket));
+  if (!wishes.idempotency_key.empty()) {
+    services_.jobs.remember(call.client.peer() + ' ' + wishes.idempotency_key, prepared.fingerprint,
+                            job->name);
   }
-  stored->id = prepared.id;
-  stored->normalised = request.normalised;
-  stored->spec = request.spec;
-  stored->timing = {.render_ms = milliseconds_since(start),
-                    .queue_ms = queued_ms,
-                    .cpu_ms = cpu_.stop(cpu_start)};
-  services_.log.event("render", {{"render", prepared.id},
-                                 {"method", stored->photograph.report.method},
-                                 {"ms", stored->timing.render_ms},
-                                 {"queue_ms", queued_ms},
-                                 {"cpu_ms", stored->timing.cpu_ms}});
-  if (is_kept(request)) services_.renders.insert(stored);
-  return stored;
+  return accepted_reply(*job, wishes);
 }
 
-Photograph RenderCalls::simulate_in_time(const SimulationSpec& spec, const RayScene& scene,
-                                         const std::stop_token& stop) {
-  const auto deadline = SteadyClock::now() + services_.limits.render_time;
-  std::stop_source ended;
-  const std::stop_callback pass_on(stop, [&] { ended.request_stop(); });
-  std::atomic<bool> too_late = false;
-  const RunControl run{.stop = ended.get_token(),
-                       .progress =
-                           [&](double) {
-                             if (SteadyClock::now() < deadline || too_late.exchange(true)) return;
-                             ended.request_stop();
-                           },
-                       .workers = &services_.pool};
-  try {
-    return services_.simulate(spec, scene, run);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::cancelled || !too_late || stop.stop_requested()) throw;
-    throw Refusal(http::status::gateway_timeout, "deadline",
-                  "the render was stopped after " +
-                      std::to_string(services_.limits.render_time.count()) + " ms");
+// The reply that has the picture, or the report.
+asio::awaitable<Reply> RenderCalls::created(Call& call, const Prepared& prepared,
+                                            std::shared_ptr<StoredRender> render, bool was_there) {
+  Reply reply;
+  describe(reply, *render);
+  reply.set("Vary", "Accept");
+  reply.set("Cache-Control", "no-store");
+  if (prepared.task.is_kept()) reply.set("Location", "/v1/renders/" + render->id);
+  double encode_ms = 0.0;
+  if (prepared.wanted) {
+    const FileKey key = {.format = *prepared.wanted, .precision = prepared.task.request->precision};
+    const EncodedFile encoded =
+        co_await encoded_file(services_.encoders, services_.renders, render, key);
+    encode_ms = encoded.encode_ms;
+    reply.set("Content-Type", std::string(media_type(*prepared.wanted)));
+    reply.set("ETag", encoded.etag);
+    reply.body = encoded.bytes;
+  } else {
+    reply.set("Content-Type", "application/json");
+    reply.body = render->report;
   }
+  reply.set("Server-Timing", server_timing(render->timing, encode_ms, was_there));
+  (void)call;
+  co_return reply;
 }
 
-asio::awaitable<EncodedFile> RenderCalls::file(std::shared_ptr<StoredRender> render, FileKey key) {
-  const bool is_float = key.format == ImageFormat::exr || key.format == ImageFormat::tiff;
-  if (!is_float) key.precision = Precision::single;
-  const auto encoded = [&] {
-    EncodedFile made = render->file(key);
-    services_.renders.recount(render->id);
-    return made;
-  };
-  co_return co_await services_.encoders.run(encoded);
-}
-
-std::shared_ptr<StoredRender> RenderCalls::stored(const Call& call) {
-  auto render = services_.renders.find(call.parameters[0]);
+asio::awaitable<std::shared_ptr<StoredRender>> RenderCalls::stored(Call& call) {
+  const std::string id = call.parameters[0];
+  std::shared_ptr<StoredRender> render = services_.renders.find(id);
+  if (!render) {
+    const auto load = [this, &id] { return services_.renders.load(id); };
+    render = co_await services_.readers.run(load);
+  }
   if (!render) {
     throw Refusal(http::status::not_found, "not-found",
                   "there is no such render, or it is no longer kept: ask for it again with POST");
   }
   call.record.render = render->id;
-  return render;
+  co_return render;
 }
 
 asio::awaitable<Reply> RenderCalls::report(Call& call) {
-  const auto render = stored(call);
-  std::string json = render->report_json();
-  const std::string etag = etag_of(api::sha256_hex(std::string_view(json)));
-  Reply reply = tagged_reply(call.request, "application/json", etag, std::move(json));
+  const std::shared_ptr<StoredRender> render = co_await stored(call);
+  const std::string etag = etag_of(api::sha256_hex(std::string_view(render->report)));
+  Reply reply = tagged_reply(call.request, "application/json", etag, render->report);
   describe(reply, *render);
-  reply.set("Cache-Control", "private, no-cache");  // encode_ms may still come
+  reply.set("Cache-Control", kUnchanging);
   co_return reply;
 }
 
@@ -236,15 +280,11 @@ asio::awaitable<Reply> RenderCalls::output(Call& call) {
   return file_reply(call, {.output = *output, .format = ImageFormat::exr, .alone = true});
 }
 
-// The file of the stored render in the format of ?format=, else by Accept, else `key`'s.
 asio::awaitable<Reply> RenderCalls::file_reply(Call& call, FileKey key) {
-  constexpr std::array<std::string_view, 1> kKnown = {"format"};
-  const auto query = query_parameters(call.request, kKnown);
-  key.format = query.contains("format")
-                   ? format_of(query.at("format"))
-                   : *negotiated(call.request.header("Accept"), key.format, false);
-  const auto render = stored(call);
-  const EncodedFile encoded = co_await file(render, key);
+  key.format = wanted_format(call.request, key.format);
+  const std::shared_ptr<StoredRender> render = co_await stored(call);
+  const EncodedFile encoded =
+      co_await encoded_file(services_.encoders, services_.renders, render, key);
   Reply reply =
       tagged_reply(call.request, std::string(media_type(key.format)), encoded.etag, encoded.bytes);
   describe(reply, *render);

@@ -1,42 +1,37 @@
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string>
 
 #include <boost/asio/awaitable.hpp>
 
 #include "api/limits.h"
-#include "api/render_request.h"
-#include "api/scene_store.h"
-#include "server/cpu_meter.h"
+#include "server/jobs.h"
 #include "server/log.h"
 #include "server/negotiation.h"
+#include "server/preferences.h"
 #include "server/render_cache.h"
 #include "server/render_queue.h"
+#include "server/render_work.h"
 #include "server/routes.h"
 #include "server/scene_cache.h"
 #include "server/workers.h"
 
 namespace fstop::server {
 
-/// The light path, or what a test puts in its place.
-using Simulate =
-    std::function<Photograph(const SimulationSpec&, const RayScene&, const RunControl&)>;
-
 /// What the calls under /v1/renders work with.
 struct RenderServices {
   const api::Limits& limits;
-  Log& log;
   Workers& readers;   // read requests and scenes
   Workers& encoders;  // make files
-  WorkerPool& pool;   // renders
+  RenderWork& work;
   RenderQueue& queue;
   RenderCache& renders;
   SceneCache& scenes;
-  const bool& draining;  // no new work; changes on the I/O thread
-  Simulate simulate;
+  CostModel& costs;
+  Jobs& jobs;
+  const std::atomic<bool>& draining;  // no new work
 };
 
 /// POST /v1/renders and what it leaves under /v1/renders/{id}.
@@ -46,12 +41,12 @@ class RenderCalls {
   void add_to(Routes& routes);
 
  private:
-  // A request with its scene identified.
+  // A request as it was read.
   struct Prepared {
-    std::shared_ptr<const api::RenderRequest> request = {};
-    std::string scene_hash = {};
-    std::string id = {};
+    RenderTask task = {};
     Representation wanted = {};
+    std::string fingerprint = {};              // of an Idempotency-Key's request
+    std::shared_ptr<StoredRender> there = {};  // it was rendered before
   };
 
   boost::asio::awaitable<Reply> create(Call& call);
@@ -60,19 +55,30 @@ class RenderCalls {
   boost::asio::awaitable<Reply> output(Call& call);
 
   Prepared prepare(const Request& request);
-  boost::asio::awaitable<std::shared_ptr<StoredRender>> rendered(Call& call,
-                                                                 const Prepared& prepared);
-  std::shared_ptr<StoredRender> render(const Prepared& prepared, const std::stop_token& stop,
-                                       double queued_ms);
-  Photograph simulate_in_time(const SimulationSpec& spec, const RayScene& scene,
-                              const std::stop_token& stop);
+  void refuse_what_costs_too_much(const RenderTask& task) const;
+  RenderQueue::Ticket submit(const Call& call, const Prepared& prepared);
+  boost::asio::awaitable<Reply> created(Call& call, const Prepared& prepared,
+                                        std::shared_ptr<StoredRender> render, bool was_there);
+  Reply promoted(Call& call, const Prepared& prepared, const Preferences& wishes,
+                 RenderQueue::Ticket ticket, Clock::time_point start);
+  boost::asio::awaitable<std::shared_ptr<StoredRender>> stored(Call& call);
   boost::asio::awaitable<Reply> file_reply(Call& call, FileKey key);
-  boost::asio::awaitable<EncodedFile> file(std::shared_ptr<StoredRender> render, FileKey key);
-  std::shared_ptr<StoredRender> stored(const Call& call);
 
   RenderServices services_;
-  CpuMeter cpu_;
   int preparing_ = 0;  // requests on the readers now
 };
+
+/// The file `key` of `render`, encoded by `encoders` if it has not been.
+boost::asio::awaitable<EncodedFile> encoded_file(Workers& encoders, RenderCache& renders,
+                                                 std::shared_ptr<StoredRender> render, FileKey key);
+
+/// The headers that name a render, its method and error.
+void describe(Reply& reply, const StoredRender& render);
+
+/// ?format= of the query, else what Accept prefers, else `usual`. Throws: Refusal 400, 406.
+ImageFormat wanted_format(const Request& request, ImageFormat usual);
+
+/// 202 with what is told of a job that is under way. `wishes`: what was preferred.
+Reply accepted_reply(const Job& job, const Preferences& wishes);
 
 }  // namespace fstop::server

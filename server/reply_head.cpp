@@ -72,8 +72,12 @@ std::string reply_head(const Reply& reply, bool keep_alive) {
 }
 
 Reply problem_reply(int status, std::string_view slug, const std::string& detail) {
-  Reply reply{.status = http::int_to_status(static_cast<unsigned>(status)),
-              .body = api::to_json(api::http_problem(status, slug, detail))};
+  return problem_reply(api::http_problem(status, slug, detail));
+}
+
+Reply problem_reply(const api::Problem& problem) {
+  Reply reply{.status = http::int_to_status(static_cast<unsigned>(problem.status)),
+              .body = api::to_json(problem)};
   reply.set("Content-Type", "application/problem+json");
   reply.set("Cache-Control", "no-store");
   return reply;

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "api/problem.h"
 #include "server/http_message.h"
 
 namespace fstop::server {
@@ -13,6 +14,7 @@ std::string reply_head(const Reply& reply, bool keep_alive);
 
 /// A reply with a problem document (RFC 9457).
 Reply problem_reply(int status, std::string_view slug, const std::string& detail);
+Reply problem_reply(const api::Problem& problem);
 
 /// The strong entity tag of content with this hash.
 std::string etag_of(std::string_view hash);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/core/string.hpp>
@@ -40,7 +41,12 @@ bool is_host(std::string_view text) {
   const auto authority =
       boost::urls::parse_authority(boost::core::string_view(text.data(), text.size()));
   if (!authority || authority->has_userinfo() || authority->encoded_host().empty()) return false;
-  return !authority->has_port() || authority->port().empty() || authority->port_number() != 0;
+  if (!authority->has_port() || authority->port().empty()) return true;
+  // Boost's number of a port beyond 16 bits is not 0.
+  const std::string_view digits(authority->port().data(), authority->port().size());
+  unsigned port = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  return error == std::errc() && end == digits.data() + digits.size() && port > 0 && port <= 65535;
 }
 
 // What an error of Beast's parser means to the client.
@@ -127,6 +133,7 @@ void RequestParser::on_request_impl(http::verb method, beast::string_view method
                                     beast::string_view target, int version, beast::error_code& ec) {
   ec = {};
   request_.verb = method;
+  if (method == http::verb::put) body_limit(limits_.max_upload_bytes);
   request_.method = std::string(view(method_text));
   request_.target = std::string(view(target));
   http_1_0_ = version == 10;
@@ -175,7 +182,9 @@ void RequestParser::on_header_impl(beast::error_code& ec) {
 void RequestParser::on_body_init_impl(const boost::optional<std::uint64_t>& length,
                                       beast::error_code& ec) {
   ec = {};
-  if (length) request_.body.reserve(static_cast<std::size_t>(*length));  // under the body limit
+  // What is said is not believed before it comes.
+  constexpr std::uint64_t kMostReserved = std::uint64_t{1} << 20;
+  if (length) request_.body.reserve(static_cast<std::size_t>(std::min(*length, kMostReserved)));
 }
 
 std::size_t RequestParser::on_body_impl(beast::string_view body, beast::error_code& ec) {

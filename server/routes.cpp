@@ -1,5 +1,7 @@
 #include "server/routes.h"
 
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -68,17 +70,23 @@ Routes::Match Routes::match(http::verb verb, std::string_view path) const {
 }
 
 std::string Routes::allowed(std::string_view path) const {
-  bool get = false;
-  bool post = false;
-  for (const Route& route : routes_) {
-    if (!captures(route.pattern, path)) continue;
-    get = get || route.verb == http::verb::get;
-    post = post || route.verb == http::verb::post;
+  constexpr std::array<std::pair<http::verb, const char*>, 4> kVerbs = {
+      {{http::verb::get, "GET, HEAD, "},
+       {http::verb::post, "POST, "},
+       {http::verb::put, "PUT, "},
+       {http::verb::delete_, "DELETE, "}}};
+  std::string allow;
+  for (const auto& [verb, names] : kVerbs) {
+    const auto fits = [&, wanted = verb](const Route& route) {
+      return route.verb == wanted && captures(route.pattern, path);
+    };
+    if (std::any_of(routes_.begin(), routes_.end(), fits)) allow += names;
   }
-  if (!get && !post) return {};
-  return std::string(get ? "GET, HEAD, " : "") + (post ? "POST, " : "") + "OPTIONS";
+  return allow.empty() ? allow : allow + "OPTIONS";
 }
 
 bool is_api_path(std::string_view path) { return path == "/v1" || path.substr(0, 4) == "/v1/"; }
+
+bool is_guarded_path(std::string_view path) { return is_api_path(path) || path == "/metrics"; }
 
 }  // namespace fstop::server

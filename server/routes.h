@@ -53,5 +53,7 @@ class Routes {
 
 /// Whether `path` is "/v1" or below it.
 bool is_api_path(std::string_view path);
+/// Whether a token is asked for there: the API and the metrics.
+bool is_guarded_path(std::string_view path);
 
 }  // namespace fstop::server

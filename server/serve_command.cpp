@@ -1,5 +1,8 @@
 
+#include <chrono>
 #include <filesystem>
+#include <iostream>
+#include <span>
 #include <string>
 #include <system_error>
 
@@ -12,9 +15,12 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 
+#include "api/scene_upload.h"
 #include "core/error.h"
+#include "server/access.h"
 #include "server/commands.h"
 #include "server/log.h"
+#include "server/sandbox.h"
 #include "server/server.h"
 
 namespace fstop::server {
@@ -47,7 +53,28 @@ int serve(const ServeOptions& options) {
   Server server(config, log);
   server.stop_on_signals();
   const PortFile port_file(options.port_file, server.port());
+  const PortFile probe_port_file(options.probe_port_file, server.probe_port());
   server.run();
+  return 0;
+}
+
+int read_scene(const std::string& name) {
+  enter_sandbox({});
+  const std::string bytes = text_of("-", api::ArchiveLimits{}.packed_bytes);
+  const api::UploadedScene scene =
+      api::read_upload(name, std::as_bytes(std::span(bytes)), api::Limits{});
+  std::cout << api::packed_upload(scene) << std::flush;
+  return std::cout ? 0 : 1;
+}
+
+int sign(const SignOptions& options) {
+  if (!options.target.starts_with('/'))
+    throw Error(ErrorCode::invalid_request, "the target must begin with /");
+  const std::string key = secret_of(options.url_key_file, "--url-key-file");
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto expires =
+      std::chrono::duration_cast<std::chrono::seconds>(now).count() + options.valid_s;
+  std::cout << signed_target(options.target, expires, key) << '\n' << std::flush;
   return 0;
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <csignal>
 #include <string>
+#include <thread>
 #include <unistd.h>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "api/job_json.h"
 #include "api/openapi.h"
 #include "api/optics_request.h"
 #include "api/psf_request.h"
@@ -29,7 +31,10 @@ namespace asio = boost::asio;
 constexpr auto kNoThrow = asio::as_tuple(asio::use_awaitable);
 
 constexpr int kRenderNiceness = 10;
-constexpr int kChartNiceness = 15;  // behind the renders
+constexpr int kChartNiceness = 15;   // behind the renders
+constexpr int kExpressNiceness = 4;  // small ones before them
+constexpr const char* kProbeAddress = "127.0.0.1";
+constexpr auto kLookAgain = std::chrono::milliseconds(5);
 constexpr int kReaderNiceness = 5;
 constexpr int kReaderThreads = 2;
 constexpr int kEncoderThreads = 2;
@@ -59,53 +64,105 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
       store_(config.scene_folders, config.limits),
       files_(config.web_root),
       pool_(config.threads, kRenderNiceness),
+      express_pool_(config.threads, kExpressNiceness),
+      costs_(pool_.threads()),
       readers_(kReaderThreads, kReaderNiceness),
       encoders_(kEncoderThreads, kRenderNiceness),
-      renders_(config.limits.kept_result_bytes),
+      files_of_renders_(config.result_folder, config.limits.kept_file_bytes, config_.limits, log),
+      renders_(config.limits.kept_result_bytes, &files_of_renders_),
       scenes_(store_, config.limits.kept_scene_bytes),
+      work_({.limits = config_.limits,
+             .log = log_,
+             .metrics = metrics_,
+             .pool = pool_,
+             .express = express_pool_,
+             .renders = renders_,
+             .scenes = scenes_,
+             .costs = costs_,
+             .simulate = std::move(simulate)}),
+      jobs_(io_, config_.limits, log_),
       render_calls_({.limits = config_.limits,
-                     .log = log_,
                      .readers = readers_,
                      .encoders = encoders_,
-                     .pool = pool_,
+                     .work = work_,
                      .queue = queue_,
                      .renders = renders_,
                      .scenes = scenes_,
-                     .draining = draining_,
-                     .simulate = std::move(simulate)}),
+                     .costs = costs_,
+                     .jobs = jobs_,
+                     .draining = draining_}),
+      job_calls_({.limits = config_.limits,
+                  .metrics = metrics_,
+                  .readers = readers_,
+                  .encoders = encoders_,
+                  .renders = renders_,
+                  .jobs = jobs_}),
       chart_calls_({.limits = config_.limits,
                     .log = log_,
                     .readers = readers_,
                     .queue = charts_,
                     .scenes = scenes_,
                     .draining = draining_}),
-      queue_(config.limits.concurrent_renders, config.limits.queued_renders, kRenderNiceness),
-      charts_(1, config.limits.queued_charts, kChartNiceness),
-      access_(config.address, config.token),
+      scene_calls_({.limits = config_.limits,
+                    .log = log_,
+                    .readers = readers_,
+                    .store = store_,
+                    .folder = config.upload_folder,
+                    .program = config.program}),
+      queue_(queue_shape()),
+      charts_({.slots = 1,
+               .most_queued = config.limits.queued_charts,
+               .most_queued_per_client = config.limits.queued_charts,
+               .niceness = kChartNiceness}),
+      access_({.address = config.address,
+               .token = config.token,
+               .url_key = config.url_key,
+               .hosts = config.hosts,
+               .origins = config.origins}),
       listener_(io_, config.address, config.port,
-                {.limits = config_.limits, .routes = routes_, .access = access_, .log = log_}) {
+                {.limits = config_.limits,
+                 .routes = routes_,
+                 .access = access_,
+                 .log = log_,
+                 .metrics = metrics_}),
+      probe_access_({.address = kProbeAddress}) {
   add_routes();
+  if (!config.probe_port) return;
+  add_probes(probe_routes_);
+  probe_listener_.emplace(probe_io_, kProbeAddress, *config.probe_port,
+                          SessionContext{.limits = config_.limits,
+                                         .routes = probe_routes_,
+                                         .access = probe_access_,
+                                         .log = log_,
+                                         .metrics = metrics_});
+}
+
+RenderQueue::Shape Server::queue_shape() const {
+  return {.slots = config_.limits.concurrent_renders,
+          .express_slots = config_.limits.express_renders,
+          .most_queued = config_.limits.queued_renders,
+          .most_queued_per_client = config_.limits.queued_per_client,
+          .memory_bytes = static_cast<double>(config_.limits.render_bytes),
+          .niceness = kRenderNiceness,
+          .express_niceness = kExpressNiceness};
 }
 
 void Server::add_routes() {
   using http::verb;
   render_calls_.add_to(routes_);
+  job_calls_.add_to(routes_);
   chart_calls_.add_to(routes_);
+  scene_calls_.add_to(routes_);
+  add_probes(routes_);
+  add_docs();
   const auto add = [this](verb method, const char* pattern,
                           asio::awaitable<Reply> (Server::*answer)(Call&)) {
     routes_.add(method, pattern, [this, answer](Call& call) { return (this->*answer)(call); });
   };
-  add(verb::get, "/v1/scenes", &Server::list_scenes);
-  add(verb::get, "/v1/scenes/{name}", &Server::show_scene);
   add(verb::post, "/v1/optics", &Server::optics);
   add(verb::post, "/v1/psf", &Server::psf);
-  routes_.add(verb::get, "/livez",
-              immediate([](const Call&) { return json_reply(R"({"status":"alive"})"); }));
-  routes_.add(verb::get, "/readyz", immediate([this](const Call&) {
-                if (!draining_) return json_reply(R"({"status":"ready"})");
-                Reply reply = problem_reply(503, "draining", "the server is about to stop");
-                reply.set("Retry-After", "5");
-                return reply;
+  routes_.add(verb::get, "/v1/limits", immediate([this](const Call&) {
+                return json_reply(api::limits_json(config_.limits, queue_.counts().backlog_s));
               }));
   routes_.add(
       verb::get, "/openapi.json", immediate([tag = tag_of(api::openapi_json())](const Call& call) {
@@ -120,21 +177,6 @@ void Server::add_routes() {
   };
   routes_.add(verb::get, "/", file);
   routes_.set_files(file);
-}
-
-asio::awaitable<Reply> Server::list_scenes(Call&) {
-  co_return json_reply(
-      co_await readers_.run([this] { return api::scene_list_json(store_.list()); }));
-}
-
-asio::awaitable<Reply> Server::show_scene(Call& call) {
-  co_return co_await readers_.run([this, &call] {
-    std::string text = store_.text(call.parameters[0]);
-    const std::string tag = tag_of(text);
-    Reply reply = tagged_reply(call.request, "application/json", tag, std::move(text));
-    reply.set("Cache-Control", "no-cache");
-    return reply;
-  });
 }
 
 asio::awaitable<Reply> Server::optics(Call& call) {
@@ -173,12 +215,18 @@ Reply Server::psf_reply(const Request& request) {
 
 void Server::run() {
   listener_.start();
+  std::jthread probes;
+  if (probe_listener_) {
+    probe_listener_->start();
+    probes = std::jthread([this] { probe_io_.run(); });
+  }
   const bool is_v6 = config_.address.find(':') != std::string::npos;
   log_.event("serving",
              {{"url", "http://" + (is_v6 ? "[" + config_.address + "]" : config_.address) + ":" +
                           std::to_string(port()) + "/"},
               {"threads", pool_.threads()}});
   io_.run();
+  probe_io_.stop();
   log_.event("stopped");
 }
 
@@ -187,19 +235,34 @@ void Server::stop() {
 }
 
 void Server::drain() {
-  if (std::exchange(draining_, true)) return;
+  if (draining_.exchange(true)) return;
   const RenderQueue::Counts counts = queue_.counts();
-  log_.event("draining", {{"connections", static_cast<int>(listener_.sessions())},
+  log_.event("draining", {{"connections", listener_.sessions()},
+                          {"jobs", jobs_.active()},
                           {"running", counts.running},
                           {"queued", counts.queued}});
   asio::co_spawn(io_, drain_deadline(), asio::detached);
-  listener_.finish([this] { io_.stop(); });
+  listener_.finish([this] { asio::co_spawn(io_, stop_when_idle(), asio::detached); });
+}
+
+// Jobs go on without a connection: what was accepted is made and kept.
+asio::awaitable<void> Server::stop_when_idle() {
+  asio::steady_timer timer(io_);
+  const auto is_busy = [this] {
+    const RenderQueue::Counts renders = queue_.counts();
+    return renders.running + renders.queued + jobs_.active() > 0;
+  };
+  while (is_busy()) {
+    timer.expires_after(kLookAgain);
+    co_await timer.async_wait(kNoThrow);
+  }
+  io_.stop();
 }
 
 asio::awaitable<void> Server::drain_deadline() {
   asio::steady_timer timer(io_, config_.limits.drain_deadline);
   co_await timer.async_wait(kNoThrow);
-  log_.warning("drain_deadline", {{"connections", static_cast<int>(listener_.sessions())}});
+  log_.warning("drain_deadline", {{"connections", listener_.sessions()}});
   for (RenderQueue* queue : {&queue_, &charts_}) {
     queue->close();
     queue->cancel_all();

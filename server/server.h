@@ -1,6 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <optional>
+#include <string>
 
 #include <boost/asio/io_context.hpp>
 
@@ -9,13 +12,20 @@
 #include "server/access.h"
 #include "server/chart_calls.h"
 #include "server/config.h"
+#include "server/cost_model.h"
+#include "server/job_calls.h"
+#include "server/jobs.h"
 #include "server/listener.h"
 #include "server/log.h"
+#include "server/metrics.h"
 #include "server/render_cache.h"
 #include "server/render_calls.h"
 #include "server/render_queue.h"
+#include "server/render_work.h"
+#include "server/result_store.h"
 #include "server/routes.h"
 #include "server/scene_cache.h"
+#include "server/scene_calls.h"
 #include "server/static_files.h"
 #include "server/workers.h"
 
@@ -39,17 +49,24 @@ class Server {
   /// SIGTERM and SIGINT stop; a second one ends the process at once.
   void stop_on_signals();
 
+  /// 0 where probes have no port of their own.
+  std::uint16_t probe_port() const { return probe_listener_ ? probe_listener_->port() : 0; }
+
   RenderQueue::Counts render_counts() const { return queue_.counts(); }
   RenderQueue::Counts chart_counts() const { return charts_.counts(); }
   SceneCache::Counts scene_counts() const { return scenes_.counts(); }
+  ResultStore::Counts file_counts() const { return files_of_renders_.counts(); }
 
  private:
   void add_routes();
+  void add_probes(Routes& routes);
+  void add_docs();
+  std::string metrics_text() const;
+  RenderQueue::Shape queue_shape() const;
+  boost::asio::awaitable<void> stop_when_idle();
   void drain();
   boost::asio::awaitable<void> drain_deadline();
   boost::asio::awaitable<void> watch_signals();
-  boost::asio::awaitable<Reply> list_scenes(Call& call);
-  boost::asio::awaitable<Reply> show_scene(Call& call);
   boost::asio::awaitable<Reply> optics(Call& call);
   boost::asio::awaitable<Reply> psf(Call& call);
   Reply psf_reply(const Request& request);
@@ -59,19 +76,32 @@ class Server {
   boost::asio::io_context io_;
   api::SceneStore store_;
   StaticFiles files_;
+  Metrics metrics_;
   WorkerPool pool_;
+  WorkerPool express_pool_;
+  CostModel costs_;
   Workers readers_;
   Workers encoders_;
+  ResultStore files_of_renders_;
   RenderCache renders_;
   SceneCache scenes_;
+  RenderWork work_;
+  Jobs jobs_;
   RenderCalls render_calls_;
+  JobCalls job_calls_;
   ChartCalls chart_calls_;
+  SceneCalls scene_calls_;
   RenderQueue queue_;  // its threads end before what they use
   RenderQueue charts_;
   AccessRules access_;
   Routes routes_;
   Listener listener_;
-  bool draining_ = false;
+  // Probes on a thread and a port of their own, whatever the other one has to do.
+  boost::asio::io_context probe_io_;
+  AccessRules probe_access_;
+  Routes probe_routes_;
+  std::optional<Listener> probe_listener_ = {};
+  std::atomic<bool> draining_ = false;
   int waiting_psfs_ = 0;
 };
 

@@ -8,6 +8,8 @@
 #include <boost/beast/core/string.hpp>
 
 #include "api/problem.h"
+#include "api/scene_upload.h"
+#include "server/counted.h"
 #include "server/reply_head.h"
 
 namespace fstop::server {
@@ -17,6 +19,7 @@ namespace asio = boost::asio;
 
 constexpr std::size_t kReadBytes = 16384;
 constexpr int kClientGoneStatus = 499;
+constexpr int kMostUploads = 4;
 
 Refusal too_slow(const char* what) {
   return Refusal(http::status::request_timeout, "request-timeout",
@@ -69,6 +72,8 @@ asio::awaitable<bool> Session::exchange() {
   record.path = request.path.empty() ? request.target : request.path;
   record.duration_ms = milliseconds_since(start);
   context_.log.request(record);
+  context_.metrics.request(record.route, record.method, record.status, record.problem,
+                           1e-3 * record.duration_ms);
   busy_ = false;
   if (sent && !request.keep_alive) co_await connection_.linger();
   co_return sent&& request.keep_alive;
@@ -80,11 +85,13 @@ asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestR
   RequestParser parser(request,
                        {.max_head_bytes = context_.limits.header_bytes,
                         .max_fields = static_cast<std::size_t>(context_.limits.header_fields),
-                        .max_body_bytes = context_.limits.body_bytes});
+                        .max_body_bytes = context_.limits.body_bytes,
+                        .max_upload_bytes = api::ArchiveLimits{}.packed_bytes});
   std::exception_ptr failure;
   std::optional<Reply> reply;
   try {
     if (!co_await read_head(parser)) co_return std::nullopt;
+    record.trace = trace_of(request.header("traceparent"));
     reply = co_await dispatch(request, parser, record);
   } catch (const ClientGone&) {
     co_return std::nullopt;
@@ -94,6 +101,8 @@ asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestR
   if (failure) reply = reply_of(failure, record);
   if (reply->close || finishing_ || has_unread_body(parser)) request.keep_alive = false;
   reply->set("Fstop-Request-Id", request.id);
+  reply->set("traceparent", record.trace.traceparent());
+  context_.access.open_to_origin(request, *reply);
   co_return reply;
 }
 
@@ -149,18 +158,29 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
                                          RequestRecord& record) {
   resolve_target(request);
   context_.access.check(request);
+  remove_signature(request);
   if (request.verb == http::verb::options) {
-    const std::string allow =
-        request.path == "*" ? "GET, HEAD, POST, OPTIONS" : context_.routes.allowed(request.path);
+    const std::string allow = request.path == "*" ? "GET, HEAD, POST, PUT, DELETE, OPTIONS"
+                                                  : context_.routes.allowed(request.path);
     if (allow.empty()) (void)context_.routes.match(request.verb, request.path);  // throws 404
     Reply reply{.status = http::status::no_content};
     reply.set("Allow", allow);
     co_return reply;
   }
+  std::optional<Counted> upload;
   Routes::Match match = context_.routes.match(request.verb, request.path);
   record.route = match.route->pattern;
-  if (request.verb == http::verb::post) {
+  if (request.verb == http::verb::post || request.verb == http::verb::put) {
     check_content(request);
+    if (request.verb == http::verb::put) {
+      // Each may hold its whole body: none is read before there is room for it.
+      if (*context_.uploads >= kMostUploads) {
+        throw Refusal(http::status::service_unavailable, "overloaded", "too many uploads at once")
+            .with("Retry-After", "5")
+            .closing();
+      }
+      upload.emplace(*context_.uploads);
+    }
     if (!parser.is_done()) co_await read_body(request, parser);
   } else if (!parser.is_done()) {
     throw Refusal(http::status::bad_request, "unexpected-body",
@@ -172,8 +192,8 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
 }
 
 asio::awaitable<bool> Session::send(const Request& request, const Reply& reply) {
-  if (reply.next_piece) co_return co_await send_pieces(request, reply);
   const bool without_body = request.verb == http::verb::head;
+  if (reply.next_piece && !without_body) co_return co_await send_pieces(request, reply);
   const std::string head = reply_head(reply, request.keep_alive);
   co_return co_await connection_.write(head, without_body ? std::span<const char>() : reply.bytes(),
                                        context_.limits.write_deadline);
@@ -206,17 +226,22 @@ Reply reply_of(const std::exception_ptr& failure, RequestRecord& record) {
   try {
     std::rethrow_exception(failure);
   } catch (const Refusal& refusal) {
-    Reply reply =
-        problem_reply(static_cast<int>(refusal.status()), refusal.slug(), refusal.detail());
+    api::Problem problem =
+        api::http_problem(static_cast<int>(refusal.status()), refusal.slug(), refusal.detail());
+    problem.prediction = refusal.prediction();
+    record.problem = refusal.slug();
+    Reply reply = problem_reply(problem);
     for (const auto& [name, value] : refusal.headers()) reply.set(name, value);
     reply.close = refusal.close();
     return reply;
+  } catch (const api::UploadRefused& refused) {
+    record.problem = refused.problem().type.substr(refused.problem().type.rfind('/') + 1);
+    return problem_reply(refused.problem());
   } catch (const std::exception& exception) {
     const api::Problem problem = api::problem(exception);
     record.error = exception.what();
-    Reply reply{.status = http::int_to_status(static_cast<unsigned>(problem.status)),
-                .body = api::to_json(problem)};
-    reply.set("Content-Type", "application/problem+json");
+    record.problem = problem.type.substr(problem.type.rfind('/') + 1);
+    Reply reply = problem_reply(problem);
     if (problem.status == 503) reply.set("Retry-After", "1");
     return reply;
   }

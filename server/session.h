@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "server/access.h"
 #include "server/connection.h"
 #include "server/log.h"
+#include "server/metrics.h"
 #include "server/request_parser.h"
 #include "server/routes.h"
 
@@ -23,6 +25,8 @@ struct SessionContext {
   const Routes& routes;
   const AccessRules& access;
   Log& log;
+  Metrics& metrics;
+  std::shared_ptr<int> uploads = std::make_shared<int>(0);  // being read, or worked on, now
 };
 
 /// One connection: its requests one after the other, each answered before the next is read.
@@ -56,7 +60,7 @@ class Session {
   bool finishing_ = false;
 };
 
-/// The problem document that `failure` becomes.
+/// The problem document that `failure` becomes; `record` notes its slug and its cause.
 Reply reply_of(const std::exception_ptr& failure, RequestRecord& record);
 
 }  // namespace fstop::server

@@ -15,6 +15,9 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
+#include <gtest/gtest.h>
+
+#include "tests/http/contract.h"
 
 namespace fstop::test {
 namespace {
@@ -157,6 +160,7 @@ Answer Client::ask(std::string_view method, std::string_view target, const Heade
   send(request_text(method, target, headers, body));
   auto answer = read(method == "HEAD");
   if (!answer) throw std::runtime_error("no reply to " + std::string(target));
+  EXPECT_EQ(contract_objection(method, target, *answer), "");
   return *std::move(answer);
 }
 

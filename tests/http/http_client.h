@@ -64,7 +64,8 @@ class Client {
   std::string unread_ = {};
 };
 
-/// One request on a connection of its own.
+/// One request on a connection of its own. Its reply is held against the served contract: what
+/// that does not tell of is a failure of the test.
 Answer ask(std::uint16_t port, std::string_view method, std::string_view target,
            const Headers& headers = {}, std::string_view body = {});
 

@@ -2,7 +2,6 @@
 // that go on until the test lets them go.
 #include <chrono>
 #include <cstdio>
-#include <list>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/http/held_server.h"
 #include "tests/http/http_client.h"
 #include "tests/http/test_server.h"
 
@@ -18,37 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-
-class HeldServer {
- public:
-  explicit HeldServer(TestServer::Options options = {}) : server_(held(std::move(options))) {}
-  ~HeldServer() { renders.let_go(); }
-  HeldServer(const HeldServer&) = delete;
-  HeldServer& operator=(const HeldServer&) = delete;
-
-  /// A client that has asked for the tiny image with `seed`.
-  Client& asking(int seed) {
-    clients_.emplace_back(server_.port());
-    clients_.back().send(request_text("POST", "/v1/renders", {}, tiny_request(seed)));
-    return clients_.back();
-  }
-  server::RenderQueue::Counts counts() { return server_.server().render_counts(); }
-  bool reaches(int running, int queued) {
-    return eventually([&] { return counts().running == running && counts().queued == queued; });
-  }
-  TestServer& server() { return server_; }
-
-  HeldRenders renders;
-
- private:
-  TestServer::Options held(TestServer::Options options) {
-    options.simulate = renders.simulate();
-    return options;
-  }
-
-  TestServer server_;
-  std::list<Client> clients_;
-};
 
 TEST(Sharing, EqualRequestsInFlightShareOneRender) {
   HeldServer server;

@@ -1,5 +1,6 @@
 #include "tests/http/test_server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <iterator>
@@ -92,13 +93,21 @@ TestServer::TestServer(Options options) {
   folder_.write("secret", "no\n");
   fs::create_symlink("../secret", folder_.path() / "web/link");
   log_ = std::make_unique<server::Log>((folder_.path() / "log").string());
-  const server::ServerConfig config{.address = options.address,
-                                    .port = 0,
-                                    .threads = options.threads,
-                                    .token = options.token,
-                                    .web_root = (folder_.path() / "web").string(),
-                                    .scene_folders = {folder_.path() / "scenes"},
-                                    .limits = options.limits};
+  const server::ServerConfig config{
+      .address = options.address,
+      .port = 0,
+      .threads = options.threads,
+      .token = options.token,
+      .url_key = options.url_key,
+      .hosts = options.hosts,
+      .origins = options.origins,
+      .probe_port = 0,
+      .upload_folder = options.takes_scenes ? folder_.path() / "scenes" : fs::path(),
+      .program = FSTOP_PROGRAM,
+      .result_folder = options.result_folder,
+      .web_root = (folder_.path() / "web").string(),
+      .scene_folders = {folder_.path() / "scenes"},
+      .limits = options.limits};
   server_ = std::make_unique<server::Server>(config, *log_, std::move(options.simulate));
   thread_ = std::thread([this] {
     server_->run();
@@ -119,6 +128,12 @@ server::Simulate HeldRenders::simulate() {
   return [this](const SimulationSpec& spec, const RayScene&, const RunControl& run) {
     ++begun_;
     ++running_;
+    if (run.progress) run.progress(0.25);
+    if (run.preview) {
+      Image picture(spec.width, spec.height, 3);
+      std::fill(picture.pixels().begin(), picture.pixels().end(), 0.5F);
+      run.preview(picture, 0.125);
+    }
     {
       std::unique_lock lock(mutex_);
       // A stop comes without a notice of ours: look often.

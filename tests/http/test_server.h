@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/config.h"
 #include "server/log.h"
@@ -46,9 +47,20 @@ std::string tiny_request(int seed = 0, const std::string& members = {});
 /// A server inside this process, on a free port of the loopback.
 class TestServer {
  public:
+  /// Renders become jobs only where a test wants them to.
+  static api::Limits patient() {
+    api::Limits limits;
+    limits.synchronous_wait = limits.longest_wait;
+    return limits;
+  }
   struct Options {
-    api::Limits limits = {};
+    api::Limits limits = patient();
     std::string token = {};
+    std::string url_key = {};
+    std::vector<std::string> hosts = {};
+    std::vector<std::string> origins = {};
+    bool takes_scenes = false;
+    std::filesystem::path result_folder = {};  // empty: results stay in memory
     std::string address = "127.0.0.1";
     server::Simulate simulate = fstop::simulate;
     int threads = 0;
@@ -60,6 +72,7 @@ class TestServer {
   TestServer& operator=(const TestServer&) = delete;
 
   std::uint16_t port() const { return server_->port(); }
+  std::uint16_t probe_port() const { return server_->probe_port(); }
   server::Server& server() { return *server_; }
   const TemporaryFolder& folder() const { return folder_; }
   /// The log so far, JSON lines.

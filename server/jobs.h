@@ -1,0 +1,101 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "api/job_json.h"
+#include "api/limits.h"
+#include "server/log.h"
+#include "server/negotiation.h"
+#include "server/render_cache.h"
+#include "server/render_queue.h"
+
+namespace fstop::server {
+
+/// What a job is to be of.
+struct JobOrder {
+  std::string render = {};                // content hash
+  bool is_kept = true;                    // its result will stand in the cache
+  ImageFormat format = ImageFormat::png;  // of the picture, unless Accept says otherwise
+  Precision precision = Precision::single;
+  double max_error = 0.0;  // that ends the render; 0: something else does
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};  // nobody waits beyond
+};
+
+/// One client's lasting interest in a render. Used by the I/O thread alone.
+struct Job {
+  enum class State { active, done, failed, cancelled };
+
+  std::string name = {};  // random: who knows it may ask for it
+  JobOrder order = {};
+  State state = State::active;
+  std::optional<RenderQueue::Ticket> ticket = {};  // while active
+  Progress::State last = {};                       // what was told when it ended
+  std::shared_ptr<StoredRender> result = {};       // of a done one that is not kept elsewhere
+  std::string problem = {};                        // of a failed one
+  std::chrono::steady_clock::time_point ended = {};
+  std::unique_ptr<boost::asio::steady_timer> expiry = {};
+
+  Progress::State progress() const { return ticket ? ticket->progress() : last; }
+  /// Grows whenever there is something new to tell.
+  std::uint64_t version() const;
+};
+
+/// The jobs: those under way and, for a while, those that have ended. Used by the I/O thread alone.
+class Jobs {
+ public:
+  Jobs(boost::asio::io_context& context, const api::Limits& limits, Log& log)
+      : context_(context), limits_(limits), log_(log) {}
+
+  /// Throws: Refusal 503 if too many are under way.
+  void refuse_if_full();
+  /// A new job that keeps `ticket` until its render has ended. Throws: as refuse_if_full().
+  std::shared_ptr<Job> add(JobOrder order, RenderQueue::Ticket ticket);
+  /// Throws: Refusal 404.
+  std::shared_ptr<Job> find(const std::string& name);
+  /// Null if there is none (any more).
+  std::shared_ptr<Job> look_up(const std::string& name);
+  /// An active one no longer wants its render; an ended one is forgotten.
+  void withdraw(const std::shared_ptr<Job>& job);
+  /// From any thread.
+  int active() const noexcept { return active_; }
+
+  /// Idempotency keys: the job that a client's earlier request of this key became, if any.
+  /// Throws: Refusal 422 if that request had another body (`fingerprint`).
+  std::shared_ptr<Job> repeated(const std::string& key, const std::string& fingerprint);
+  void remember(const std::string& key, const std::string& fingerprint, const std::string& job);
+
+ private:
+  struct Earlier {
+    std::string fingerprint = {};
+    std::string job = {};
+  };
+  boost::asio::awaitable<void> watch(std::shared_ptr<Job> job);
+  void end(Job& job, Job::State state);
+  void forget_old();
+  void bound_results();
+
+  boost::asio::io_context& context_;
+  const api::Limits& limits_;
+  Log& log_;
+  std::unordered_map<std::string, std::shared_ptr<Job>> jobs_ = {};
+  std::deque<std::shared_ptr<Job>> ended_ = {};  // oldest first
+  std::unordered_map<std::string, Earlier> keys_ = {};
+  std::deque<std::string> key_order_ = {};  // oldest first
+  std::atomic<int> active_ = 0;
+};
+
+/// What clients are told of `job`.
+api::JobView view_of(const Job& job);
+
+}  // namespace fstop::server

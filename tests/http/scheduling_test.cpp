@@ -1,0 +1,245 @@
+// Whose turn it is, what is refused before it costs anything, and what small renders need not wait
+// for.
+#include <condition_variable>
+#include <list>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "server/cost_model.h"
+#include "server/http_message.h"
+#include "server/render_queue.h"
+#include "tests/http/held_server.h"
+#include "tests/http/http_client.h"
+#include "tests/http/test_server.h"
+
+namespace fstop::test {
+namespace {
+
+using server::RenderQueue;
+
+// Notes the order in which renders begin.
+class Order {
+ public:
+  RenderQueue::Work noting(const std::string& name) {
+    return [this, name](const RenderQueue::Turn& turn) -> RenderQueue::Result {
+      {
+        std::unique_lock lock(mutex_);
+        begun_.push_back(name + (turn.is_express ? "!" : ""));
+        while (!is_open_ && !turn.stop.stop_requested())
+          changed_.wait_for(lock, std::chrono::milliseconds(1));
+      }
+      return nullptr;
+    };
+  }
+  void let_go() {
+    const std::lock_guard lock(mutex_);
+    is_open_ = true;
+    changed_.notify_all();
+  }
+  std::vector<std::string> begun() {
+    const std::lock_guard lock(mutex_);
+    return begun_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_open_ = false;
+  std::vector<std::string> begun_ = {};
+};
+
+TEST(Turns, ClientsTakeThemWhateverEachHasWaiting) {
+  Order order;
+  RenderQueue queue({.slots = 1, .most_queued = 100, .most_queued_per_client = 100});
+  std::list<RenderQueue::Ticket> tickets;
+  const auto submit = [&](const std::string& client, const std::string& name) {
+    tickets.push_back(queue.submit({.id = name, .client = client, .work = order.noting(name)}));
+  };
+  submit("first", "running");
+  ASSERT_TRUE(eventually([&] { return order.begun().size() == 1; }));
+  for (const char* name : {"a1", "a2", "a3", "a4"}) submit("a", name);
+  submit("b", "b1");
+  submit("c", "c1");
+  submit("c", "c2");
+  std::vector<int> places;
+  for (auto ticket = std::next(tickets.begin()); ticket != tickets.end(); ++ticket)
+    places.push_back(ticket->place());
+  EXPECT_EQ(places, (std::vector<int>{1, 4, 6, 7, 2, 3, 5}));
+  order.let_go();
+  ASSERT_TRUE(eventually([&] { return order.begun().size() == 8; }));
+  EXPECT_EQ(order.begun(),
+            (std::vector<std::string>{"running", "a1", "b1", "c1", "a2", "c2", "a3", "a4"}));
+}
+
+TEST(Turns, SmallWorkGoesBesideTheLarge) {
+  Order order;
+  RenderQueue queue(
+      {.slots = 1, .express_slots = 1, .most_queued = 300, .most_queued_per_client = 300});
+  std::list<RenderQueue::Ticket> tickets;
+  for (int i = 0; i < 200; ++i) {
+    const std::string name = "elephant " + std::to_string(i);
+    tickets.push_back(queue.submit({.id = name, .client = "a", .work = order.noting(name)}));
+  }
+  ASSERT_TRUE(eventually([&] { return order.begun().size() == 1; }));
+  tickets.push_back(queue.submit(
+      {.id = "mouse", .client = "a", .is_small = true, .work = order.noting("mouse")}));
+  ASSERT_TRUE(eventually([&] { return order.begun().size() == 2; })) << "199 others wait before it";
+  EXPECT_EQ(order.begun().back(), "mouse!");
+  EXPECT_EQ(queue.counts().queued, 199);
+  queue.close();
+  queue.cancel_all();
+}
+
+TEST(Turns, OneClientsLineIsBoundedAndOthersStillHaveRoom) {
+  Order order;
+  RenderQueue queue({.slots = 1, .most_queued = 4, .most_queued_per_client = 2});
+  std::list<RenderQueue::Ticket> tickets;
+  const auto status = [&](const std::string& client, const std::string& id) {
+    try {
+      tickets.push_back(queue.submit({.id = id, .client = client, .work = order.noting(id)}));
+      return 0U;
+    } catch (const server::Refusal& refusal) {
+      EXPECT_EQ(refusal.slug(), "queue-full");
+      EXPECT_EQ(refusal.headers().front().first, "Retry-After");
+      return static_cast<unsigned>(refusal.status());
+    }
+  };
+  for (const char* id : {"1", "2", "3"}) EXPECT_EQ(status("a", id), 0U);
+  EXPECT_EQ(status("a", "4"), 429U);
+  EXPECT_EQ(status("a", "2"), 0U) << "a share in a render needs no room";
+  EXPECT_EQ(status("b", "5"), 0U);
+  EXPECT_EQ(status("b", "6"), 0U);
+  EXPECT_EQ(status("c", "7"), 503U);
+  order.let_go();
+}
+
+TEST(Turns, MemoryIsReserved) {
+  Order order;
+  RenderQueue queue(
+      {.slots = 3, .most_queued = 9, .most_queued_per_client = 9, .memory_bytes = 100.0});
+  std::list<RenderQueue::Ticket> tickets;
+  const auto submit = [&](const std::string& name, double bytes) {
+    tickets.push_back(queue.submit(
+        {.id = name, .client = "a", .memory_bytes = bytes, .work = order.noting(name)}));
+  };
+  submit("first", 60.0);
+  submit("second", 60.0);
+  submit("third", 10.0);
+  ASSERT_TRUE(eventually([&] { return !order.begun().empty(); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(order.begun(), (std::vector<std::string>{"first"})) << "what has no room is not passed";
+  order.let_go();
+  ASSERT_TRUE(eventually([&] { return order.begun().size() == 3; }));
+  submit("alone", 1000.0);
+  EXPECT_TRUE(eventually([&] { return order.begun().size() == 4; })) << "alone it may have more";
+}
+
+// Retry-After follows what waits: a queue of long renders sends clients away for longer.
+TEST(Turns, RetryAfterFollowsThePredictedBacklog) {
+  Order order;
+  const auto seconds = [&](double cost_s) {
+    RenderQueue queue({.slots = 1, .most_queued = 4, .most_queued_per_client = 4});
+    std::list<RenderQueue::Ticket> tickets;
+    for (int i = 0; i < 5; ++i) {
+      const std::string id = std::to_string(i);
+      tickets.push_back(
+          queue.submit({.id = id, .client = "a", .cost_s = cost_s, .work = order.noting(id)}));
+    }
+    EXPECT_NEAR(queue.counts().backlog_s, 5.0 * cost_s, 1e-9);
+    try {
+      queue.submit({.id = "x", .client = "b", .work = order.noting("x")});
+      return 0;
+    } catch (const server::Refusal& refusal) {
+      return std::stoi(refusal.headers().front().second);
+    }
+  };
+  EXPECT_EQ(seconds(0.01), 1);
+  EXPECT_EQ(seconds(4.0), 10);
+  EXPECT_EQ(seconds(1000.0), 120);
+}
+
+SimulationSpec spec_of(int width, double max_error) {
+  SimulationSpec spec =
+      api::parse_render_request(tiny_request(), api::Limits{}, api::SceneNames::stored_only).spec;
+  spec.quality.samples.reset();
+  spec.width = width;
+  spec.height = width;
+  spec.quality.max_error = max_error;
+  return spec;
+}
+
+TEST(Costs, AreLearntByScene) {
+  server::CostModel model(2);
+  const SimulationSpec spec = spec_of(100, 0.01);
+  const double before = model.predict(spec, "scene").cpu_s;
+  // 20 samples a pixel of 10 microseconds each: 2 s.
+  for (int i = 0; i < 20; ++i) model.learn(spec, "scene", 20.0, 2000.0);
+  const api::CostPrediction learnt = model.predict(spec, "scene");
+  EXPECT_NE(before, learnt.cpu_s);
+  EXPECT_NEAR(learnt.cpu_s, 2.0, 0.01);
+  EXPECT_NEAR(learnt.wall_s, 1.0, 0.01);
+  EXPECT_NEAR(learnt.samples, 20.0 * 100 * 100, 1.0);
+  EXPECT_NEAR(model.predict(spec_of(200, 0.01), "scene").cpu_s, 8.0, 0.1)
+      << "four times the pixels";
+  // N^-0.6: half the error takes 2^(1/0.6) times the samples.
+  EXPECT_NEAR(model.predict(spec_of(100, 0.005), "scene").cpu_s, 2.0 * 3.1748, 0.05);
+  SimulationSpec forced = spec;
+  forced.quality.samples = 5;
+  EXPECT_NEAR(model.predict(forced, "scene").cpu_s, 0.5, 0.01);
+}
+
+TEST(Costs, OtherScenesKeepTheirOwn) {
+  server::CostModel model(1);
+  const SimulationSpec spec = spec_of(100, 0.01);
+  for (int i = 0; i < 20; ++i) {
+    model.learn(spec, "cheap", 4.0, 20.0);
+    model.learn(spec, "dear", 400.0, 20'000.0);
+  }
+  EXPECT_NEAR(model.predict(spec, "cheap").cpu_s, 0.02, 0.002);
+  EXPECT_NEAR(model.predict(spec, "dear").cpu_s, 20.0, 0.2);
+}
+
+TEST(Admission, WhatCostsTooMuchIsRefusedWithThePrediction) {
+  TestServer::Options options;
+  options.limits.render_time = std::chrono::milliseconds(1000);
+  HeldServer server(options);
+  const auto port = server.server().port();
+  std::string request = tiny_request();
+  request.replace(request.find("\"samples\": 16"), 13, "\"samples\": 65536");
+  request.replace(request.find("\"width\": 48, \"height\": 32"), 25,
+                  "\"width\": 198, \"height\": 132 ");
+  const Answer refused = ask(port, "POST", "/v1/renders", {}, request);
+  EXPECT_EQ(refused.status, 422) << refused.body;
+  EXPECT_NE(refused.body.find("/problems/over-budget"), std::string::npos) << refused.body;
+  EXPECT_NE(refused.body.find("\"prediction\":{\"samples\":1712848896.0,\"cpu_s\":"),
+            std::string::npos)
+      << refused.body;
+  EXPECT_EQ(server.renders.begun(), 0);
+  EXPECT_EQ(server.counts().started, 0U);
+}
+
+TEST(Admission, WhatTakesTooMuchMemoryIsRefusedBeforeItIsTaken) {
+  TestServer::Options options;
+  options.limits.render_bytes = std::size_t{64} << 20;
+  HeldServer server(options);
+  const auto port = server.server().port();
+  const Answer refused = ask(port, "POST", "/v1/renders", {}, R"({"scene": "tiny",
+      "camera": {"lens": {"f_number": 2}}, "image": {"width": 1500, "height": 1000}})");
+  EXPECT_EQ(refused.status, 422) << refused.body;
+  EXPECT_NE(refused.body.find("\"memory_bytes\":"), std::string::npos) << refused.body;
+  EXPECT_EQ(server.counts().started, 0U);
+}
+
+TEST(Admission, LimitsAreTold) {
+  TestServer server;
+  const Answer answer = ask(server.port(), "GET", "/v1/limits");
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_NE(answer.body.find("\"queued_renders_per_client\":32"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fstop::test
