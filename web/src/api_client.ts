@@ -1,6 +1,10 @@
 /// fstop's HTTP interface as functions. The only place of the page that calls `fetch`.
-import type { OpticsReport, OpticsRequest, Problem, RenderReport } from "./contract.ts";
+import type { ChartReport, ChartRequest, OpticsReport, OpticsRequest } from "./contract.ts";
+import type { Problem, PsfReport, PsfRequest, RenderReport } from "./contract.ts";
 import type { RenderRequest, SceneList, SceneSummary } from "./contract.ts";
+import { events_of } from "./event_stream.ts";
+import { read_layer } from "./exr.ts";
+import type { Layer } from "./exr.ts";
 
 /// An image and what its reply's headers say of it; texts are empty where absent.
 export interface RenderedImage {
@@ -84,6 +88,43 @@ export class ApiClient {
     return this.json_("v1/optics", { ...post_of(request, "application/json"), signal });
   }
 
+  psf(request: PsfRequest, signal: AbortSignal): Promise<PsfReport> {
+    return this.json_("v1/psf", { ...post_of(request, "application/json"), signal });
+  }
+
+  /// Where a finished render's picture is, in a format.
+  picture_address(id: string, format: string): string {
+    const path = `v1/renders/${encodeURIComponent(id)}/image?format=${format}`;
+    return new URL(path, this.base_).href;
+  }
+
+  /// A layer that the render was asked for: metres along the axis, or signed blur in pixels.
+  async layer(id: string, output: "depth" | "coc", signal: AbortSignal): Promise<Layer> {
+    const path = `v1/renders/${encodeURIComponent(id)}/outputs/${output}?format=exr`;
+    return read_layer(await (await this.reply_(path, { signal })).arrayBuffer());
+  }
+
+  /// `on_progress` hears of the share that is done, 0 to 1.
+  async chart(
+    request: ChartRequest,
+    on_progress: (share: number) => void,
+    signal: AbortSignal,
+  ): Promise<ChartReport> {
+    const reply = await this.reply_("v1/charts", { ...post_of(request, kEventStream), signal });
+    for await (const { event, data } of events_of(reply.body ?? new ReadableStream())) {
+      if (event === "progress") on_progress((JSON.parse(data) as { progress: number }).progress);
+      if (event === "problem") throw refusal_of(JSON.parse(data) as Problem);
+      if (event === "chart") return JSON.parse(data) as ChartReport;
+    }
+    signal.throwIfAborted();
+    throw new UnreachableError("the events ended before the chart");
+  }
+
+  /// The drawing that the server makes of a chart.
+  async chart_drawing(request: ChartRequest, signal: AbortSignal): Promise<string> {
+    return (await this.reply_("v1/charts", { ...post_of(request, "image/svg+xml"), signal })).text();
+  }
+
   private async json_<Answer>(path: string, init: RequestInit): Promise<Answer> {
     const reply = await this.reply_(path, init);
     return (await reply.json()) as Answer;
@@ -98,6 +139,8 @@ export class ApiClient {
       init.signal?.throwIfAborted();
       throw new UnreachableError(error);
     }
+    if (reply.status === 502 || reply.status === 504)
+      throw new UnreachableError(`a gateway answered with ${reply.status}`);
     if (reply.status === 202) throw new DeferredError(reply.headers.get("Location") ?? "a job");
     if (reply.status === 503 || reply.status === 429)
       throw new BusyError(retry_after_ms(reply.headers.get("Retry-After"), Date.now()));
@@ -131,6 +174,12 @@ export function numbers_of(header: string | null): Map<string, number> {
   const pairs = (header?.split(",") ?? []).map((pair) => pair.trim().split("=", 2));
   const numbers = pairs.map(([name, text]) => [name ?? "", Number(text)] as const);
   return new Map(numbers.filter(([name, value]) => name !== "" && Number.isFinite(value)));
+}
+
+const kEventStream = "text/event-stream, application/problem+json";
+
+function refusal_of(problem: Problem): RefusedError {
+  return new RefusedError(problem.status ?? 500, problem);
 }
 
 function post_of(body: unknown, accept: string): RequestInit {

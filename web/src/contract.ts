@@ -17,6 +17,12 @@ export type RenderReport = Schemas["RenderReport"];
 export type ModelledEffect = Schemas["ModelledEffect"];
 export type OpticsReport = Schemas["OpticsReport"];
 export type OpticsAtDistance = Schemas["OpticsAtDistance"];
+export type PinholeCriterion = Schemas["PinholeCriterion"];
+export type PsfRequest = Schemas["PsfRequest"];
+export type PsfReport = Schemas["PsfReport"];
+export type ChartRequest = Schemas["ChartRequest"];
+export type ChartReport = Schemas["ChartReport"];
+export type ChartPoint = Schemas["ChartPoint"];
 export type PinholeOptics = Schemas["PinholeOptics"];
 
 /// One fault of a refused request: where it is and what is wrong with it.
