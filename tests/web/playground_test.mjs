@@ -1,6 +1,5 @@
 // The playground in a browser, against the server that FSTOP_BINARY names.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
 import { after, afterEach, before, beforeEach, describe, it } from "node:test";
 import { start_browser, start_server } from "./served_page.mjs";
 
@@ -169,24 +168,4 @@ describe("playground", { timeout: 600_000 }, () => {
     assert.match(await optics_number("Image distance"), /^50\s*mm$/);
     assert.deepEqual(complaints, []);
   });
-
-  for (const [colorScheme, width] of [
-    ["light", 1280],
-    ["dark", 360],
-  ])
-    it(`has no accessibility fault that axe finds, ${colorScheme}, ${width} px wide`, async () => {
-      await page.emulateMedia({ colorScheme, reducedMotion: "reduce" });
-      await page.setViewportSize({ width, height: 800 });
-      await page.goto(server.url + kDraft);
-      await picture_at("1.4");
-      const axe = new URL("../../web/node_modules/axe-core/axe.min.js", import.meta.url);
-      await page.evaluate(await readFile(axe, "utf8"));
-      const { violations } = await page.evaluate(() => globalThis.axe.run(document));
-      assert.deepEqual(
-        violations.map(({ id, nodes }) => [id, nodes.map((node) => node.html)]),
-        [],
-      );
-      const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-      assert.ok(overflow <= 0, `${overflow} px beyond the window`);
-    });
 });

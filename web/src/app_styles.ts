@@ -59,6 +59,7 @@ export const kAppStyles = css`
     padding: 0.25rem 0.7rem;
   }
   .summary {
+    min-height: 1.45em;
     margin: 0.3rem 0 0;
   }
   .tabs {

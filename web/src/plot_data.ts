@@ -1,6 +1,8 @@
 /// The numbers behind the plots, asked from the server, and what they look like as plots.
+import { RefusedError } from "./api_client.ts";
 import type { ApiClient } from "./api_client.ts";
-import type { ChartReport, ChartRequest, Distance, OpticsReport, PsfReport } from "./contract.ts";
+import type { ChartReport, ChartRequest, Distance } from "./contract.ts";
+import type { OpticsReport, PsfReport, PsfRequest } from "./contract.ts";
 import { quantity } from "./format.ts";
 import { size_of } from "./picture_updates.ts";
 import type { PlotSpec, Series } from "./plot_spec.ts";
@@ -11,7 +13,7 @@ import type { PlaygroundState } from "./state.ts";
 type Numbers = Pick<ApiClient, "optics" | "psf">;
 
 /// The Airy disc holds 83.8 % of a focused point's light; so do all spots here.
-const kAiryShare = 0.838;
+const kAiryShare = 0.8377;
 const kFewDistances = 25;
 const kManyDistances = 120;
 
@@ -19,6 +21,22 @@ const kManyDistances = 120;
 export function ratios(first: number, last: number, count: number): number[] {
   const step = (last / first) ** (1 / (count - 1));
   return Array.from({ length: count }, (_, i) => Number((first * step ** i).toPrecision(4)));
+}
+
+/// The answer, or nothing where the point is so far out of focus that the server has no wave for
+/// it; the blur disc is all there is to say there.
+async function psf_or_nothing(
+  source: Numbers,
+  request: PsfRequest,
+  signal: AbortSignal,
+): Promise<PsfReport | undefined> {
+  try {
+    return await source.psf(request, signal);
+  } catch (error) {
+    const type = error instanceof RefusedError ? (error.problem.type ?? "") : "";
+    if (/\/(outside-domain|over-budget)$/.test(type)) return undefined;
+    throw error;
+  }
 }
 
 function spot_um({ encircled_energy }: PsfReport): number {
@@ -40,13 +58,13 @@ export async function blur_plot(
   const [many_m, few_m] = [spread(kManyDistances), spread(kFewDistances)];
   const image = size_of(state);
   const optics = await source.optics({ camera, image, object_distances_m: many_m }, signal);
+  // The waves of a polygon cost too much for so many distances.
+  const round = camera_of({ ...state, blades: 0 });
   const combined: [number, number][] = [];
   for (const object_distance_m of few_m) {
-    const spot = { camera, object_distance_m, radii_um: [0], frequencies_per_mm: [0] };
-    combined.push([
-      object_distance_m,
-      spot_um(await source.psf({ ...spot, fractions: [kAiryShare] }, signal)),
-    ]);
+    const spot = { camera: round, object_distance_m, radii_um: [0], frequencies_per_mm: [0] };
+    const psf = await psf_or_nothing(source, { ...spot, fractions: [kAiryShare] }, signal);
+    if (psf) combined.push([object_distance_m, spot_um(psf)]);
   }
   const pixel_um = (1000 * sensor_format(state.sensor).sensor_mm[0]) / image.width;
   const airy_um = optics.airy_diameter_um;
@@ -69,7 +87,11 @@ export async function blur_plot(
         kind: "line",
         points: many_m.map((at_m) => [at_m, airy_um]),
       },
-      { name: "both, wave optics: 83.8 % of the light", kind: "line", points: combined },
+      {
+        name: `both, wave optics${state.blades > 0 ? ", round iris" : ""}: 83.8 % of the light`,
+        kind: "line",
+        points: combined,
+      },
     ],
     marks: [
       { axis: "y", at: 1000 * optics.coc_limit_mm, caption: "still sharp" },
@@ -109,7 +131,8 @@ export async function pinhole_plot(
   const airy: [number, number][] = [];
   const wave: [number, number][] = [];
   for (const diameter_mm of ratios(optimal_mm / 6, optimal_mm * 6, 31)) {
-    const psf = await source.psf(
+    const psf = await psf_or_nothing(
+      source,
       {
         camera: camera_with(diameter_mm),
         object_distance_m: subject_m,
@@ -119,6 +142,7 @@ export async function pinhole_plot(
       },
       signal,
     );
+    if (psf === undefined) continue;
     geometric.push([diameter_mm, psf.geometric_diameter_um]);
     airy.push([diameter_mm, psf.airy_diameter_um]);
     wave.push([diameter_mm, spot_um(psf)]);

@@ -70,9 +70,9 @@ export function domain_of(axis: Axis, values: readonly number[]): [number, numbe
   return least < most ? [least, most] : [least - 1, most + 1];
 }
 
-/// Five digits, as short as they are.
+/// Six digits, as short as they are.
 function digits(value: number | undefined): string {
   return value === undefined || !Number.isFinite(value)
     ? "–"
-    : String(Number(value.toPrecision(5)));
+    : String(Number(value.toPrecision(6)));
 }

@@ -12,6 +12,7 @@ const kFarthest_m = 100;
 const kFarEnd_px = 22; // where infinity is drawn
 const kGap_px = 18; // between the ends of the scale and infinity or the lens
 const kMargin_px = 22;
+const kBehind_px = 190; // from the lens to the end of what lies behind it
 
 export interface SideView {
   width: number;
@@ -54,11 +55,12 @@ export function side_view(
   const { image_distance_mm } = optics;
   const sensor_mm = sensor_format(state.sensor).sensor_mm[1];
   const reference_mm = state.camera === "lens" ? state.focal_length_mm : image_distance_mm;
-  const room = width < 560 ? 0.55 : 1;
+  const room = width < 460 ? 0.55 : 1;
   const px_per_mm =
-    room * Math.min(140 / reference_mm, 150 / sensor_mm, 190 / image_distance_mm);
-  const sensor_x = width - kMargin_px;
-  const lens_x = sensor_x - image_distance_mm * px_per_mm;
+    room * Math.min(140 / reference_mm, 150 / sensor_mm, kBehind_px / image_distance_mm);
+  // The lens stays where it is drawn: else the scale would move under the hand that drags.
+  const lens_x = width - kMargin_px - room * kBehind_px;
+  const sensor_x = lens_x + image_distance_mm * px_per_mm;
   const scale = scaleLog(
     [kFarthest_m, kNearest_m],
     [kFarEnd_px + kGap_px, lens_x - kGap_px],

@@ -91,7 +91,7 @@ export class SideViewPanel extends LitElement {
         ${lens ? this.focus_(view) : nothing} ${this.subject_(view)}
         ${lens ? this.aperture_(view) : nothing}
         <text class="name" x=${lens_x} y="12" text-anchor="middle">${lens ? "lens" : "pinhole"}</text>
-        <text class="name" x=${sensor_x + 20} y=${height - 22} text-anchor="end">sensor</text>
+        <text class="name" x=${sensor_x} y=${height - 22} text-anchor="middle">sensor</text>
       </svg>
       <p class="muted note">
         Behind the ${lens ? "lens" : "hole"} ${quantity(view.px_per_mm / kPxPerMm)} : 1; before it
@@ -234,7 +234,7 @@ const kSteps: ReadonlyMap<string, number> = new Map([
 
 function scale_of(view: SideView): TemplateResult {
   const y = view.height - 30;
-  const few = view.width < 560;
+  const few = view.width < 600;
   const ticks = kTicks_m.filter((at_m) => !few || Number.isInteger(Math.log10(at_m)));
   return svg`<line class="scale" x1="0" x2=${view.lens_x - 18} y1=${y} y2=${y} />
     ${ticks.map((at_m) => {
