@@ -25,6 +25,19 @@ export type ChartReport = Schemas["ChartReport"];
 export type ChartPoint = Schemas["ChartPoint"];
 export type PinholeOptics = Schemas["PinholeOptics"];
 
+/// A render that goes on by itself (202), where the server makes such jobs; what the page reads of
+/// it.
+export interface Job {
+  job: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
+  fraction: number;
+  queue_place?: number;
+  upper_95?: number; // of the preview's error
+  remaining_ms?: number;
+  links: { preview?: string };
+  problem?: Problem;
+}
+
 /// One fault of a refused request: where it is and what is wrong with it.
 export type Fault = Schemas["FieldFault"];
 /// RFC 9457; what a reply that is none of fstop's own lacks, is absent.

@@ -14,11 +14,11 @@ function body_of(...parts: string[]): ReadableStream<Uint8Array<ArrayBuffer>> {
 describe("events of a stream", () => {
   it("come whole, wherever the parts are cut", async () => {
     const seen: ServerEvent[] = [];
-    const body = body_of('event: progress\nda', 'ta: {"progress":0.5}\r\n\r\n: note\ndata: a\nda', "ta: b\n\ndata: cut off");
+    const body = body_of('id: 7\nevent: progress\nda', 'ta: {"progress":0.5}\r\n\r\n: note\ndata: a\nda', "ta: b\n\ndata: cut off");
     for await (const event of events_of(body)) seen.push(event);
     expect(seen).toEqual([
-      { event: "progress", data: '{"progress":0.5}' },
-      { event: "message", data: "a\nb" },
+      { event: "progress", data: '{"progress":0.5}', id: "7" },
+      { event: "message", data: "a\nb", id: "7" },
     ]);
   });
 });

@@ -121,6 +121,10 @@ export class PicturePanel extends LitElement {
         font-weight: 600;
         color: var(--text);
       }
+      progress {
+        width: 6rem;
+        accent-color: var(--accent);
+      }
       .messages,
       .legend {
         flex-basis: 100%;
@@ -191,6 +195,7 @@ export class PicturePanel extends LitElement {
         ${this.other ? this.facts_(this.other, "B") : nothing}
         ${this.other && this.comparison === "difference" ? html`<span>${this.difference_}</span>` : nothing}
         <span role="status">${kActivityText[activity]}</span>
+        ${this.progress_()}
         ${
           activity !== "idle" && this.waited_ms_ > kSlow_ms
             ? html`<span class="number" aria-hidden="true">${Math.round(this.waited_ms_ / 1000)} s</span>`
@@ -235,6 +240,7 @@ export class PicturePanel extends LitElement {
   private facts_(view: PictureView, name: string): TemplateResult | typeof nothing {
     const { image } = view;
     if (image === undefined) return nothing;
+    if (image.method === "") return html`<span>a preview of the render under way</span>`;
     if (this.outdated) return html`<span>Picture of the last valid settings.</span>`;
     const report = view.report?.id === image.id ? view.report : undefined;
     const estimate = report?.error.estimate ?? image.error.get("estimate");
@@ -252,6 +258,20 @@ export class PicturePanel extends LitElement {
       }
       <span class="number">${time_text(image)}</span>
     `;
+  }
+
+  /// How far the picture is, in the server's words.
+  private progress_(): TemplateResult | typeof nothing {
+    const { progress } = this.view;
+    if (progress === undefined) return nothing;
+    const { fraction, upper_95, remaining_ms, queue_place } = progress;
+    return html`<span class="number">
+      <progress max="1" .value=${fraction} aria-label="Share of the picture that is done"></progress>
+      ${Math.floor(100 * fraction)} %
+      ${queue_place === undefined ? nothing : html`; place ${queue_place} in the queue`}
+      ${upper_95 === undefined ? nothing : html`; error below ${bound_size(upper_95)}`}
+      ${remaining_ms === undefined ? nothing : html`; ${duration(remaining_ms)} to go`}
+    </span>`;
   }
 
   private retry_(): TemplateResult {

@@ -7,8 +7,10 @@ import type { Layer } from "./exr.ts";
 import { complaint_of, kNoComplaint } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
 import { sensor_format } from "./sensor_formats.ts";
+import type { RenderProgress } from "./render_jobs.ts";
 import { camera_of } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
+import { told } from "./told.ts";
 
 interface Pass {
   activity: Activity;
@@ -16,11 +18,36 @@ interface Pass {
   least_error: number; // of max_error: more would be lost on so small a picture
   max_time_ms?: number;
   layers: boolean;
+  progress: boolean; // worth to be told of
+  previews: boolean; // shown, where the server has some before the picture
 }
+const kFinalPass: Pass = {
+  activity: "refining",
+  size: 2,
+  least_error: 0,
+  layers: true,
+  progress: true,
+  previews: false, // smaller than what is there already
+};
 const kPasses: readonly Pass[] = [
-  { activity: "preview", size: 0, least_error: 0.1, max_time_ms: 50, layers: false },
-  { activity: "refining", size: 1, least_error: 0.03, layers: true },
-  { activity: "refining", size: 2, least_error: 0, layers: true },
+  {
+    activity: "preview",
+    size: 0,
+    least_error: 0.1,
+    max_time_ms: 50,
+    layers: false,
+    progress: false,
+    previews: false,
+  },
+  {
+    activity: "refining",
+    size: 1,
+    least_error: 0.03,
+    layers: true,
+    progress: true,
+    previews: true,
+  },
+  kFinalPass,
 ];
 /// A hand that drags gets its next preview before the picture is refined.
 const kRefinementDelay_ms = 80;
@@ -41,6 +68,7 @@ export interface Layers {
 export interface PictureView {
   activity: Activity;
   since_ms: number; // of the activity, by performance.now()
+  progress: RenderProgress | undefined; // of the picture that was asked for, where it is told
   image: RenderedImage | undefined;
   shown: PlaygroundState | undefined;
   report: RenderReport | undefined;
@@ -51,6 +79,7 @@ export interface PictureView {
 export const kNoPicture: PictureView = {
   activity: "idle",
   since_ms: 0,
+  progress: undefined,
   image: undefined,
   shown: undefined,
   report: undefined,
@@ -70,12 +99,22 @@ export async function* picture_updates(
   signal: AbortSignal,
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
-    yield { complaint: kNoComplaint };
+    yield { complaint: kNoComplaint, progress: undefined };
     for (const pass of kPasses) {
       const { activity } = pass;
       const request = pass_request(state, pass);
-      const image = yield* patiently(activity, (s) => source.render(request, s), signal);
-      yield { image, shown: state };
+      const attempts = patiently(
+        activity,
+        (s, tell) => source.render(request, s, pass.progress ? tell : undefined),
+        signal,
+      );
+      let step = await attempts.next();
+      for (; !step.done; step = await attempts.next()) {
+        const preview = pass.previews ? image_of(step.value.progress) : undefined;
+        yield preview ? { ...step.value, image: preview, shown: state } : step.value;
+      }
+      const image = step.value;
+      yield { image, shown: state, progress: undefined };
       if (pass.max_time_ms !== undefined) await pause(kRefinementDelay_ms, signal);
       // The server does not keep what was made against the clock, nor its report.
       if (image.id === "" || pass.max_time_ms !== undefined) continue;
@@ -95,14 +134,20 @@ export async function* picture_updates(
 /// longer each time.
 export async function* patiently<Answer>(
   activity: Activity,
-  attempt: (signal: AbortSignal) => Promise<Answer>,
+  attempt: (signal: AbortSignal, tell: (progress: RenderProgress) => void) => Promise<Answer>,
   signal: AbortSignal,
 ): AsyncGenerator<Partial<PictureView>, Answer> {
   let retry_ms = kFirstRetry_ms;
   for (;;) {
     yield { activity, since_ms: performance.now() };
     try {
-      return await attempt(signal);
+      const task = told<RenderProgress, Answer>((tell) => attempt(signal, tell));
+      for (;;) {
+        const { done, value } = await task.next();
+        if (done) return value;
+        signal.throwIfAborted();
+        yield { progress: value };
+      }
     } catch (error) {
       if (error instanceof BusyError) {
         yield { activity: "waiting", since_ms: performance.now() };
@@ -114,6 +159,15 @@ export async function* patiently<Answer>(
       } else throw error;
     }
   }
+}
+
+/// A render's preview as a picture that the server does not keep.
+function image_of(progress: RenderProgress | undefined): RenderedImage | undefined {
+  const { preview, upper_95 } = progress ?? {};
+  if (preview === undefined) return undefined;
+  const error = new Map(upper_95 === undefined ? [] : [["upper_95", upper_95]]);
+  const timings_ms = new Map<string, number>();
+  return { id: "", method: "", error, picture: preview, round_trip_ms: 0, timings_ms };
 }
 
 async function layers_of(
@@ -130,7 +184,7 @@ async function layers_of(
 
 /// The request for the finished picture: what the address stands for.
 export function render_request(state: PlaygroundState): RenderRequest {
-  return pass_request(state, { activity: "refining", size: 2, least_error: 0, layers: true });
+  return pass_request(state, kFinalPass);
 }
 
 /// The finished picture's size.
