@@ -94,7 +94,8 @@ describe("playground", { timeout: 600_000 }, () => {
       await page.locator("fstop-picture figcaption").innerText(),
       /error.*95 %.*rendered/s,
     );
-    assert.ok((await page.locator("fstop-report li").count()) > 0);
+    await page.getByRole("tab", { name: "How it was made" }).click();
+    await page.locator("fstop-report li").first().waitFor();
 
     await page.reload();
     assert.equal(mean_difference(closed, await picture_at("8")), 0);

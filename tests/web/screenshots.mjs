@@ -29,7 +29,7 @@ try {
     await page
       .locator('fstop-picture .frame[aria-busy="false"] img')
       .waitFor({ timeout: kPicture_ms });
-    await page.screenshot({ path: join(folder, `${name}.png`) });
+    await page.screenshot({ path: join(folder, `${name}.jpg`), quality: 82 });
     await page.close();
   }
 } finally {

@@ -26,12 +26,18 @@ export class BlurOnSensor extends LitElement {
     css`
       :host {
         display: block;
+        flex: none;
+        max-width: 100%;
       }
       figure {
         display: flex;
         gap: 0.8rem;
         margin: 0;
         font-size: 0.8125rem;
+      }
+      /* As wide for every number: what stands beside it must not move. */
+      figcaption {
+        width: 9.5rem;
       }
       svg {
         flex: none;

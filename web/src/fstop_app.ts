@@ -97,7 +97,7 @@ export class FstopApp extends LitElement {
         <section class="picture" aria-label="Picture">
           ${this.compare_()}
           <fstop-picture
-            .view=${page.b ? { ...this.a_, layers: view.layers ?? this.a_.layers } : this.a_}
+            .view=${this.a_}
             .other=${page.b ? this.b_ : undefined}
             .comparison=${page.comparison}
             .description=${description_of(this.a_.shown, this.scenes_)}

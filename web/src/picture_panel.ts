@@ -13,7 +13,7 @@ import { kNoPicture, size_of } from "./picture_updates.ts";
 import type { Activity, PictureView } from "./picture_updates.ts";
 import { sensor_format } from "./sensor_formats.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
-import { kDefaultState } from "./state.ts";
+import { kDefaultState, same_blur, same_view } from "./state.ts";
 
 const kActivityText: Readonly<Record<Activity, string>> = {
   idle: "",
@@ -167,15 +167,17 @@ export class PicturePanel extends LitElement {
   }
 
   override render(): TemplateResult {
-    const { activity, image, layers, shown } = this.view;
+    const { activity, image, layers, layers_of, shown } = this.view;
     const busy = activity !== "idle" || (this.other?.activity ?? "idle") !== "idle";
     const state = shown ?? kDefaultState;
+    const told_of = layers_of ?? kDefaultState;
     return html`<figure>
       <fstop-stage
         .picture=${image?.picture}
         .other=${this.other?.image?.picture}
         .comparison=${this.comparison}
-        .layers=${layers}
+        .layers=${same_view(told_of, state) ? layers : undefined}
+        .blur_holds=${same_blur(told_of, state)}
         .size=${size_of(state)}
         .description=${this.description}
         .other_description=${this.other_description}

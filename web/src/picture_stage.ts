@@ -36,6 +36,8 @@ export class PictureStage extends LitElement {
   @property({ attribute: false }) other: Blob | undefined;
   @property({ attribute: false }) comparison: Comparison = "wipe";
   @property({ attribute: false }) layers: Layers | undefined;
+  /// Whether the layers' blur is that of the picture; their depth is.
+  @property({ type: Boolean }) blur_holds = false;
   @property({ attribute: false }) size: ImageSize = { width: 960, height: 640 };
   @property({ attribute: false }) description = "";
   @property({ attribute: false }) other_description = "";
@@ -160,10 +162,9 @@ export class PictureStage extends LitElement {
     const y = Math.floor(at.y * this.size.height);
     const side = Math.abs(blur_px) < 0.05 ? "" : blur_px < 0 ? " (near)" : " (far)";
     const rgb = this.rgb_at_(at);
-    return (
-      `x ${x}, y ${y}: depth ${quantity(distance(depth), "m")}, ` +
-      `blur ${quantity(Math.abs(blur_px), "px")}${side}${rgb === "" ? "" : `, sRGB ${rgb}`}`
-    );
+    const blur = this.blur_holds ? `, blur ${quantity(Math.abs(blur_px), "px")}${side}` : "";
+    const depth_text = quantity(distance(depth), "m");
+    return `x ${x}, y ${y}: depth ${depth_text}${blur}${rgb === "" ? "" : `, sRGB ${rgb}`}`;
   }
 
   private rgb_at_(at: PicturePoint): string {

@@ -58,7 +58,8 @@ export class PlotsPanel extends LitElement {
         accent-color: var(--accent);
       }
       .dim {
-        opacity: 0.5;
+        padding-left: 0.6rem;
+        border-left: 3px dotted var(--control);
       }
       li {
         margin-bottom: 0.3rem;

@@ -1,12 +1,11 @@
-import { LitElement, css, html, nothing, svg } from "lit";
+import { LitElement, html, nothing, svg } from "lit";
 import type { TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import "./blur_on_sensor.ts";
-import { StateChangeEvent } from "./changes.ts";
+import { StateChangeEvent, SubjectMoveEvent } from "./changes.ts";
 import type { Distance, OpticsReport } from "./contract.ts";
 import { distance_at, kInfinityPosition, position_of } from "./focus_scale.ts";
 import { quantity } from "./format.ts";
-import { SubjectMoveEvent } from "./changes.ts";
 import { kBaseStyles } from "./shared_styles.ts";
 import { kTicks_m, row_at, side_view } from "./side_view_layout.ts";
 import type { SideView } from "./side_view_layout.ts";
@@ -32,7 +31,7 @@ export class SideViewPanel extends LitElement {
     if (entry) this.width_ = Math.max(Math.floor(entry.contentRect.width), 260);
   });
 
-  static override styles = [kBaseStyles, kSideViewStyles, css``];
+  static override styles = [kBaseStyles, kSideViewStyles];
 
   override firstUpdated(): void {
     const bench = this.renderRoot.querySelector(".bench");
@@ -96,7 +95,14 @@ export class SideViewPanel extends LitElement {
       <p class="muted note">
         Behind the ${lens ? "lens" : "hole"} ${quantity(view.px_per_mm / kPxPerMm)} : 1; before it
         the distance in metres, logarithmic. ${this.words_(optics)}
+        <button type="button" @click=${() => void this.save_()}>SVG</button>
       </p>`;
+  }
+
+  private async save_(): Promise<void> {
+    const drawing = this.renderRoot.querySelector("svg");
+    const { save_text, standalone_svg } = await import("./files.ts");
+    if (drawing) save_text("side-view.svg", "image/svg+xml", standalone_svg(drawing));
   }
 
   private words_(optics: OpticsReport): string {

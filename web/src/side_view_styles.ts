@@ -24,6 +24,9 @@ export const kSideViewStyles = css`
     margin: 0.2rem 0 0;
     font-size: 0.8125rem;
   }
+  .note button {
+    padding: 0 0.4rem;
+  }
   text {
     fill: var(--muted);
     font-size: 11px;

@@ -221,6 +221,28 @@ export function with_consequences(state: PlaygroundState, change: StateChange): 
   return wanted;
 }
 
+const kOfTheView = [
+  "scene",
+  "camera",
+  "sensor",
+  "focal_length_mm",
+  "breathing",
+  "image_distance_mm",
+  "camera_z_m",
+] as const;
+const kOfTheBlur = [...kOfTheView, "f_stop", "focus_distance_m", "diameter_mm", "criterion"] as const;
+
+/// Whether the same things are seen at the same places: their depths hold for both, but for the
+/// little that focus breathing moves them.
+export function same_view(a: PlaygroundState, b: PlaygroundState): boolean {
+  return kOfTheView.every((key) => a[key] === b[key]);
+}
+
+/// Whether they are as blurred too.
+export function same_blur(a: PlaygroundState, b: PlaygroundState): boolean {
+  return kOfTheBlur.every((key) => a[key] === b[key]);
+}
+
 /// To tenths of a millimetre: beyond what a picture shows, and short in the address.
 export function rounded(value_m: number): number {
   return Math.round(value_m * 1e4) / 1e4;

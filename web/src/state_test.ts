@@ -6,6 +6,8 @@ import {
   fragment_of,
   kDefaultState,
   number_of,
+  same_blur,
+  same_view,
   state_of,
 } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
@@ -104,5 +106,14 @@ describe("exposure", () => {
       shutter_s: 2 ** -7,
       exposure: { iso: 200 },
     });
+  });
+});
+
+describe("what a layer holds for", () => {
+  it("is the same view for depth, and the same blur for blur", () => {
+    const closed = { ...kLens, f_stop: 20, max_error: 0.03 };
+    expect([same_view(kLens, closed), same_blur(kLens, closed)]).toEqual([true, false]);
+    expect(same_blur(kLens, { ...kLens, max_error: 0.03 })).toBe(true);
+    expect(same_view(kLens, { ...kLens, camera_z_m: 1 })).toBe(false);
   });
 });
