@@ -8,7 +8,7 @@ const kAddress =
   "&breathing=true&max_error=0.01";
 const kViews = [
   { name: "playground-phone", width: 360, height: 780, colorScheme: "light", scale: 2 },
-  { name: "playground", width: 1280, height: 900, colorScheme: "light", scale: 1 },
+  { name: "playground", width: 1280, height: 1080, colorScheme: "light", scale: 1 },
   { name: "playground-4k", width: 3840, height: 2160, colorScheme: "dark", scale: 1 },
 ];
 

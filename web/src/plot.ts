@@ -10,7 +10,7 @@ import type { Axis, PlotSpec, Series } from "./plot_spec.ts";
 import { kPlotStyles } from "./plot_styles.ts";
 import { kBaseStyles } from "./shared_styles.ts";
 
-const kMargin = { top: 12, right: 16, bottom: 44, left: 58 };
+const kMargin_rem = { top: 0.8, right: 1.1, bottom: 2.95, left: 3.9 };
 const kShapes = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond];
 const kShortMinus = "\u2212";
 
@@ -60,15 +60,18 @@ export class Plot extends LitElement {
   }
 
   private drawing_(spec: PlotSpec): TemplateResult {
-    const width = Math.min(this.width_, 900);
-    const height = Math.round(Math.min(Math.max(0.5 * width, 230), 380));
-    const right = width - kMargin.right;
-    const bottom = height - kMargin.bottom;
+    // Letters are as large as the page's, and so are the margins that hold them.
+    const rem = Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const margin = margins(rem);
+    const width = Math.min(this.width_, 60 * rem);
+    const height = Math.round(Math.min(Math.max(0.5 * width, 15 * rem), 25 * rem));
+    const right = width - margin.right;
+    const bottom = height - margin.bottom;
     const points = spec.series.flatMap((one) => one.points);
     const of = (axis: "x" | "y"): number[] =>
       spec.marks.filter((mark) => mark.axis === axis).map(({ at }) => at);
-    const x = scale(spec.x, [...points.map(([at]) => at), ...of("x")], [kMargin.left, right]);
-    const y = scale(spec.y, [...points.map(([, at]) => at), ...of("y")], [bottom, kMargin.top]);
+    const x = scale(spec.x, [...points.map(([at]) => at), ...of("x")], [margin.left, right]);
+    const y = scale(spec.y, [...points.map(([, at]) => at), ...of("y")], [bottom, margin.top]);
     return html`<svg
       class="plot"
       width=${width}
@@ -78,25 +81,25 @@ export class Plot extends LitElement {
       aria-label="${spec.title}. The table below has its numbers."
     >
       ${ticks_of(spec.x, x, width < 420 ? 4 : 8).map(
-        (tick) => svg`<line class="grid" x1=${x(tick)} x2=${x(tick)} y1=${kMargin.top} y2=${bottom} />
-          <text x=${x(tick)} y=${bottom + 16} text-anchor="middle">${tick_text(tick)}</text>`,
+        (tick) => svg`<line class="grid" x1=${x(tick)} x2=${x(tick)} y1=${margin.top} y2=${bottom} />
+          <text x=${x(tick)} y=${bottom + 1.1 * rem} text-anchor="middle">${tick_text(tick)}</text>`,
       )}
       ${ticks_of(spec.y, y, 6).map(
-        (tick) => svg`<line class="grid" x1=${kMargin.left} x2=${right} y1=${y(tick)} y2=${y(tick)} />
-          <text x=${kMargin.left - 6} y=${y(tick) + 4} text-anchor="end">${tick_text(tick)}</text>`,
+        (tick) => svg`<line class="grid" x1=${margin.left} x2=${right} y1=${y(tick)} y2=${y(tick)} />
+          <text x=${margin.left - 6} y=${y(tick) + 0.27 * rem} text-anchor="end">${tick_text(tick)}</text>`,
       )}
-      <text class="name" x=${(kMargin.left + right) / 2} y=${height - 6} text-anchor="middle">
+      <text class="name" x=${(margin.left + right) / 2} y=${height - 6} text-anchor="middle">
         ${spec.x.caption}
       </text>
-      <text class="name" transform="translate(13 ${(kMargin.top + bottom) / 2}) rotate(-90)"
+      <text class="name" transform="translate(${0.85 * rem} ${(margin.top + bottom) / 2}) rotate(-90)"
         text-anchor="middle">${spec.y.caption}</text>
       ${spec.marks.map((mark, i) =>
         mark.axis === "x"
-          ? svg`<line class="mark" x1=${x(mark.at)} x2=${x(mark.at)} y1=${kMargin.top} y2=${bottom} />
-            <text class="mark" transform="translate(${x(mark.at) - 4} ${kMargin.top + 4 + 34 * (i % 3)}) rotate(-90)"
+          ? svg`<line class="mark" x1=${x(mark.at)} x2=${x(mark.at)} y1=${margin.top} y2=${bottom} />
+            <text class="mark" transform="translate(${x(mark.at) - 4} ${margin.top + (0.3 + 2.3 * (i % 3)) * rem}) rotate(-90)"
               text-anchor="end">${mark.caption}</text>`
-          : svg`<line class="mark" x1=${kMargin.left} x2=${right} y1=${y(mark.at)} y2=${y(mark.at)} />
-            <text class="mark" x=${i % 2 ? kMargin.left + 4 : right - 4} y=${y(mark.at) - 4}
+          : svg`<line class="mark" x1=${margin.left} x2=${right} y1=${y(mark.at)} y2=${y(mark.at)} />
+            <text class="mark" x=${i % 2 ? margin.left + 4 : right - 4} y=${y(mark.at) - 4}
               text-anchor=${i % 2 ? "start" : "end"}>${mark.caption}</text>`,
       )}
       ${spec.series.map((one, i) => series_shape(one, i, x, y, spec))}
@@ -107,6 +110,11 @@ export class Plot extends LitElement {
     const drawing = this.renderRoot.querySelector<SVGSVGElement>("svg.plot");
     if (drawing) save_text(`${file}.svg`, "image/svg+xml", standalone_svg(drawing));
   }
+}
+
+function margins(rem: number) {
+  const { top, right, bottom, left } = kMargin_rem;
+  return { top: top * rem, right: right * rem, bottom: bottom * rem, left: left * rem };
 }
 
 function scale(axis: Axis, values: readonly number[], range: [number, number]): Scale {

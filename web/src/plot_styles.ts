@@ -32,11 +32,11 @@ export const kPlotStyles = css`
   }
   text {
     fill: var(--muted);
-    font-size: 11px;
+    font-size: 0.73rem;
     font-variant-numeric: tabular-nums;
   }
   text.name {
-    font-size: 12px;
+    font-size: 0.8rem;
   }
   .grid {
     stroke: var(--line);
@@ -47,7 +47,7 @@ export const kPlotStyles = css`
   }
   text.mark {
     fill: var(--text);
-    font-size: 10.5px;
+    font-size: 0.7rem;
   }
   .line {
     fill: none;

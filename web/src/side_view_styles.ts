@@ -29,11 +29,11 @@ export const kSideViewStyles = css`
   }
   text {
     fill: var(--muted);
-    font-size: 11px;
+    font-size: 0.73rem;
     font-variant-numeric: tabular-nums;
   }
   text.name {
-    font-size: 12px;
+    font-size: 0.8rem;
   }
   line,
   path {
