@@ -57,6 +57,26 @@ describe("side view", { timeout: 600_000 }, () => {
     assert.ok(Math.abs(spread_px / px_per_mm / wanted_mm - 1) < 1e-3, `${spread_px / px_per_mm} mm`);
   });
 
+  it("draws what counts as sharp from its near to its far limit", async () => {
+    const { page } = shared;
+    await open(shared, kDraft.replace("1.4", "8"));
+    const [band, one, ten] = await page.locator("fstop-side-view").evaluate((host) => {
+      const bench = host.shadowRoot;
+      const tick = (text) =>
+        Number([...bench.querySelectorAll(".tick")].find((t) => t.textContent === text).getAttribute("x"));
+      const rect = bench.querySelector(".sharp");
+      const left = Number(rect.getAttribute("x"));
+      return [[left, left + Number(rect.getAttribute("width"))], tick("1"), tick("10")];
+    });
+    const at_m = (x) => 10 ** ((x - one) / (ten - one));
+    // 1/u = 1/s +- c/(A v), c the sensor's diagonal / 1442.
+    const c_mm = Math.hypot(36, 24) / 1442;
+    const by = c_mm / ((50 / 8) * (1 / (1 / 50 - 1 / 2000)));
+    const [far_m, near_m] = [-1, 1].map((side) => 1e-3 / (1 / 2000 + side * by));
+    assert.ok(Math.abs(at_m(band[0]) / far_m - 1) < 2e-3, `${at_m(band[0])}, ${far_m}`);
+    assert.ok(Math.abs(at_m(band[1]) / near_m - 1) < 2e-3, `${at_m(band[1])}, ${near_m}`);
+  });
+
   it("moves the focus when its plane is dragged, and its plane when the focus moves", async () => {
     const { page } = shared;
     await open(shared, kDraft);

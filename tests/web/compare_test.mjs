@@ -27,16 +27,71 @@ describe("two requests", { timeout: 600_000 }, () => {
     await press(page, "End");
     await eventually(clip, (text) => text === "inset(0px 0px 0px 100%)");
 
-    // What the page itself shows: left of the line A, right of it B.
+    // What the screen shows with the line in the middle: left of it A, right of it B, to the pixel.
+    const screen = async () => {
+      const png = (await page.locator("fstop-stage .frame").screenshot()).toString("base64");
+      const [width, height, text] = await page.evaluate(async (base64) => {
+        const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+        const bitmap = await createImageBitmap(new Blob([bytes]));
+        const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+        context.drawImage(bitmap, 0, 0);
+        const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+        let letters = "";
+        for (let i = 0; i < data.length; i += 8192)
+          letters += String.fromCharCode(...data.subarray(i, i + 8192));
+        return [bitmap.width, bitmap.height, btoa(letters)];
+      }, png);
+      return { width, height, bytes: Buffer.from(text, "base64") };
+    };
+    const of_a = await screen();
     await press(page, "Home");
-    const shown = async () => (await page.locator("fstop-stage .frame").screenshot()).length;
-    const only_b = await shown();
-    await press(page, "End");
-    assert.notEqual(await shown(), only_b);
+    await eventually(clip, (text) => text === "inset(0px 0px 0px 0%)");
+    const of_b = await screen();
+    await press(page, "PageUp", 5);
+    await eventually(clip, (text) => text === "inset(0px 0px 0px 50%)");
+    const both = await screen();
+    const part = ({ width, height, bytes }, from, to) => {
+      const rows = [];
+      // Without the letters above and the handle below.
+      for (let y = Math.floor(0.1 * height); y < 0.85 * height; ++y)
+        rows.push(bytes.subarray(4 * (y * width + from * width), 4 * (y * width + to * width)));
+      return { bytes: Buffer.concat(rows) };
+    };
+    const halves = [
+      [0.05, 0.45],
+      [0.55, 0.95],
+    ].map(([from, to]) => [
+      Math.round(from * both.width) / both.width,
+      Math.round(to * both.width) / both.width,
+    ]);
+    const differ = (one, [from, to]) =>
+      mean_difference(part(both, from, to), part(one, from, to));
+    assert.equal(differ(of_a, halves[0]), 0);
+    assert.equal(differ(of_b, halves[1]), 0);
+    assert.ok(differ(of_b, halves[0]) > 1 && differ(of_a, halves[1]) > 1);
 
     await page.reload();
     assert.equal(mean_difference(b, await picture(page, "f/8")), 0);
     assert.equal(mean_difference(a, await picture(page, "f/1.4")), 0);
+  });
+
+  it("are focused each by a click on its own side", async () => {
+    const { page } = shared;
+    const at = "camera=lens&focal_length_mm=50&f_number=2&focus_distance_m=2&max_error=0.03";
+    const b = at.replaceAll("&", "&b.").replace("camera", "b.camera");
+    await open(shared, `#scene=charts&${at}&b.scene=charts&${b}`);
+    const touch = page.locator("fstop-stage .touch");
+    const { width, height } = await touch.boundingBox();
+    const parameter = (name) => Number(new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name));
+    // The cards at 1 m and at 7 m.
+    await touch.click({ position: { x: (120 / 480) * width, y: (225 / 320) * height } });
+    await eventually(async () => parameter("focus_distance_m"), (m) => Math.abs(m - 1) < 0.002);
+    assert.equal(parameter("b.focus_distance_m"), 2);
+    await finished(page, "focused at 1");
+    await touch.click({ position: { x: (430 / 480) * width, y: (75 / 320) * height } });
+    await eventually(async () => parameter("b.focus_distance_m"), (m) => Math.abs(m - 7) < 0.01);
+    assert.ok(Math.abs(parameter("focus_distance_m") - 1) < 0.002);
+    assert.ok(await page.getByRole("radio", { name: "B", exact: true }).isChecked());
   });
 
   it("differ by as much as the page says, with the same seed", async () => {

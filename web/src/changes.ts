@@ -17,14 +17,15 @@ export class SubjectMoveEvent extends CustomEvent<{ subject_m: Distance; settled
   }
 }
 
-/// A place in the picture was chosen; `distance_m` is the server's depth there.
+/// A place was chosen in the picture of a side; `distance_m` is the server's depth there.
 export class PickEvent extends CustomEvent<{
   point: PicturePoint;
   distance_m: Distance;
   focus: boolean;
+  side: "a" | "b";
 }> {
-  constructor(point: PicturePoint, distance_m: Distance, focus: boolean) {
-    const detail = { point, distance_m, focus };
+  constructor(point: PicturePoint, distance_m: Distance, focus: boolean, side: "a" | "b") {
+    const detail = { point, distance_m, focus, side };
     super("pick", { detail, bubbles: true, composed: true });
   }
 }

@@ -261,7 +261,8 @@ export class FstopApp extends LitElement {
     if (settled) this.address_.write(page);
   }
 
-  private pick_({ detail: { point, distance_m, focus } }: PickEvent): void {
+  private pick_({ detail: { point, distance_m, focus, side } }: PickEvent): void {
+    if (this.page_.b && this.page_.comparison === "wipe") this.editing_ = side;
     const state = this.edited_();
     const focused = focus && state.camera === "lens";
     const wanted = focused ? { ...state, focus_distance_m: distance_m } : state;

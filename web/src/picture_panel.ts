@@ -9,11 +9,11 @@ import type { Comparison, PicturePoint } from "./page_state.ts";
 import "./picture_stage.ts";
 import { kDifferenceGain } from "./picture_stage.ts";
 import type { DifferenceEvent } from "./picture_stage.ts";
-import { kNoPicture, size_of } from "./picture_updates.ts";
+import { held_layers, kNoPicture, size_of } from "./picture_updates.ts";
 import type { Activity, PictureView } from "./picture_updates.ts";
 import { sensor_format } from "./sensor_formats.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
-import { kDefaultState, same_blur, same_view } from "./state.ts";
+import { kDefaultState } from "./state.ts";
 
 const kActivityText: Readonly<Record<Activity, string>> = {
   idle: "",
@@ -167,17 +167,16 @@ export class PicturePanel extends LitElement {
   }
 
   override render(): TemplateResult {
-    const { activity, image, layers, layers_of, shown } = this.view;
+    const { activity, image, shown } = this.view;
     const busy = activity !== "idle" || (this.other?.activity ?? "idle") !== "idle";
     const state = shown ?? kDefaultState;
-    const told_of = layers_of ?? kDefaultState;
     return html`<figure>
       <fstop-stage
         .picture=${image?.picture}
         .other=${this.other?.image?.picture}
         .comparison=${this.comparison}
-        .layers=${same_view(told_of, state) ? layers : undefined}
-        .blur_holds=${same_blur(told_of, state)}
+        .held=${held_layers(this.view)}
+        .other_held=${held_layers(this.other ?? kNoPicture)}
         .size=${size_of(state)}
         .description=${this.description}
         .other_description=${this.other_description}

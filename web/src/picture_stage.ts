@@ -7,11 +7,12 @@ import { value_at } from "./exr.ts";
 import { quantity } from "./format.ts";
 import type { Comparison, PicturePoint } from "./page_state.ts";
 import { kStageStyles } from "./picture_stage_styles.ts";
-import type { Layers } from "./picture_updates.ts";
+import type { HeldLayers } from "./picture_updates.ts";
 import { blur_colours, difference_of, pixels_of } from "./pixels.ts";
 import { kBaseStyles } from "./shared_styles.ts";
 
 export const kDifferenceGain = 4;
+const kNothingHeld: HeldLayers = { layers: undefined, blur_holds: false };
 const kLoupe_px = 176;
 const kStep = 0.01;
 const kArrows: ReadonlyMap<string, readonly [number, number]> = new Map([
@@ -35,9 +36,8 @@ export class PictureStage extends LitElement {
   @property({ attribute: false }) picture: Blob | undefined;
   @property({ attribute: false }) other: Blob | undefined;
   @property({ attribute: false }) comparison: Comparison = "wipe";
-  @property({ attribute: false }) layers: Layers | undefined;
-  /// Whether the layers' blur is that of the picture; their depth is.
-  @property({ type: Boolean }) blur_holds = false;
+  @property({ attribute: false }) held: HeldLayers = kNothingHeld;
+  @property({ attribute: false }) other_held: HeldLayers = kNothingHeld;
   @property({ attribute: false }) size: ImageSize = { width: 960, height: 640 };
   @property({ attribute: false }) description = "";
   @property({ attribute: false }) other_description = "";
@@ -146,7 +146,11 @@ export class PictureStage extends LitElement {
 
   override updated(changed: PropertyValues): void {
     this.draw_loupe_();
-    if (this.overlay_canvas_ && (changed.has("overlay") || changed.has("layers")))
+    const before = changed.get("held") as HeldLayers | undefined;
+    const { layers, blur_holds } = this.held;
+    const other_blur =
+      before !== undefined && (before.layers !== layers || before.blur_holds !== blur_holds);
+    if (this.overlay_canvas_ && (changed.has("overlay") || other_blur))
       this.draw_overlay_(this.overlay_canvas_);
     if (this.difference_canvas_ && (changed.has("comparison") || changed.has("pixels_")))
       this.draw_difference_(this.difference_canvas_);
@@ -154,21 +158,22 @@ export class PictureStage extends LitElement {
 
   private reading_text_(): string {
     const at = this.cursor_ ?? this.point;
-    if (!at || !this.layers) return "Point at the picture to read depth, blur and pixel values.";
-    const depth = value_at(this.layers.depth_m, at.x, at.y);
-    const { coc_px } = this.layers;
+    const { layers, blur_holds } = at ? this.held_at_(at) : kNothingHeld;
+    if (!at || !layers) return "Point at the picture to read depth, blur and pixel values.";
+    const depth = value_at(layers.depth_m, at.x, at.y);
+    const { coc_px } = layers;
     const blur_px = (value_at(coc_px, at.x, at.y) * this.size.width) / coc_px.width;
     const x = Math.floor(at.x * this.size.width);
     const y = Math.floor(at.y * this.size.height);
     const side = Math.abs(blur_px) < 0.05 ? "" : blur_px < 0 ? " (near)" : " (far)";
     const rgb = this.rgb_at_(at);
-    const blur = this.blur_holds ? `, blur ${quantity(Math.abs(blur_px), "px")}${side}` : "";
+    const blur = blur_holds ? `, blur ${quantity(Math.abs(blur_px), "px")}${side}` : "";
     const depth_text = quantity(distance(depth), "m");
     return `x ${x}, y ${y}: depth ${depth_text}${blur}${rgb === "" ? "" : `, sRGB ${rgb}`}`;
   }
 
   private rgb_at_(at: PicturePoint): string {
-    const from = this.pixels_;
+    const from = this.is_other_(at) ? this.other_pixels_ : this.pixels_;
     if (!from) return "";
     const place = (share: number, count: number): number =>
       Math.min(Math.floor(share * count), count - 1);
@@ -188,8 +193,10 @@ export class PictureStage extends LitElement {
   }
 
   private draw_overlay_(canvas: HTMLCanvasElement): void {
-    if (!this.layers) return;
-    const { coc_px } = this.layers;
+    const { layers, blur_holds } = this.held;
+    canvas.width = 0; // an old map is no map
+    if (!layers || !blur_holds) return;
+    const { coc_px } = layers;
     canvas.width = coc_px.width;
     canvas.height = coc_px.height;
     const colours = blur_colours(coc_px, this.limit_share * coc_px.width);
@@ -210,8 +217,7 @@ export class PictureStage extends LitElement {
   /// One pixel of the picture is `zoom` pixels of the page.
   private draw_loupe_(): void {
     const [canvas, at] = [this.loupe_canvas_, this.cursor_];
-    const second = at && this.comparison === "wipe" && 100 * at.x > this.wipe_;
-    const from = second ? (this.other_pixels_ ?? this.pixels_) : this.pixels_;
+    const from = at && this.is_other_(at) ? (this.other_pixels_ ?? this.pixels_) : this.pixels_;
     const context = canvas?.getContext("2d");
     if (!canvas || !context || !at || !from) return;
     const side = Math.ceil(kLoupe_px / this.zoom);
@@ -226,6 +232,15 @@ export class PictureStage extends LitElement {
     canvas.style.setProperty("top", `${100 * at.y}%`);
     canvas.classList.toggle("low", at.y < 0.5);
     canvas.classList.toggle("left", at.x > 0.5);
+  }
+
+  /// Whether the second picture is what is seen there.
+  private is_other_(at: PicturePoint): boolean {
+    return this.other !== undefined && this.comparison === "wipe" && 100 * at.x > this.wipe_;
+  }
+
+  private held_at_(at: PicturePoint): HeldLayers {
+    return this.is_other_(at) ? this.other_held : this.held;
   }
 
   private point_at_(event: PointerEvent): void {
@@ -253,10 +268,12 @@ export class PictureStage extends LitElement {
   }
 
   private pick_(at: PicturePoint): void {
-    if (!this.layers) return;
+    const { layers } = this.held_at_(at);
+    if (!layers) return;
     const point = { x: rounded_share(at.x), y: rounded_share(at.y) };
-    const depth_m = distance(value_at(this.layers.depth_m, point.x, point.y));
-    this.dispatchEvent(new PickEvent(point, depth_m, !this.inspect));
+    const depth_m = distance(value_at(layers.depth_m, point.x, point.y));
+    const side = this.is_other_(at) ? "b" : "a";
+    this.dispatchEvent(new PickEvent(point, depth_m, !this.inspect, side));
   }
 }
 

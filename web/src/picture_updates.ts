@@ -8,7 +8,7 @@ import { complaint_of, kNoComplaint } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
 import { sensor_format } from "./sensor_formats.ts";
 import type { RenderProgress } from "./render_jobs.ts";
-import { camera_of } from "./state.ts";
+import { camera_of, same_blur, same_view } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
 import { told } from "./told.ts";
 
@@ -76,6 +76,19 @@ export interface PictureView {
   layers_of: PlaygroundState | undefined;
   complaint: Complaint;
 }
+/// Layers as far as they hold for a picture; `blur_holds`: their blur does, not only their depth.
+export interface HeldLayers {
+  layers: Layers | undefined;
+  blur_holds: boolean;
+}
+
+/// What the layers of a view tell of the picture that it shows.
+export function held_layers({ layers, layers_of, shown }: PictureView): HeldLayers {
+  if (!layers_of || !shown || !same_view(layers_of, shown))
+    return { layers: undefined, blur_holds: false };
+  return { layers, blur_holds: same_blur(layers_of, shown) };
+}
+
 export const kNoPicture: PictureView = {
   activity: "idle",
   since_ms: 0,
