@@ -170,6 +170,11 @@ describe("experiments", { timeout: 600_000 }, () => {
     const wanted_m = 0.024 ** 2 / ((8 * Math.hypot(0.036, 0.024)) / 1442);
     assert.ok(Math.abs(Number.parseFloat(await cell.innerText()) / wanted_m - 1) < 5e-3);
     assert.match(await text_of(page.locator("fstop-experiments")), /Right\./);
+    await page.getByRole("button", { name: "Next step" }).click();
+    await page.reload();
+    await page.locator("fstop-experiments .choices").waitFor();
+    assert.match(await text_of(page.locator("fstop-experiments")), /Step 2 of 2/);
+    assert.match(page.url(), /focus_distance_m=2\.425.*step=2/);
   });
 });
 

@@ -48,8 +48,8 @@ export type Measured = ReadonlyMap<string, number>;
 export type NumberSource = Pick<ApiClient, "optics" | "psf" | "chart">;
 
 /// The page that a step shows; the experiment stays open.
-export function page_of_step(step: Step, experiment: string): PageState {
-  return { ...page_of(step.show), experiment };
+export function page_of_step(step: Step, experiment: string, at = 0): PageState {
+  return { ...page_of(step.show), experiment, step: at };
 }
 
 /// Throws: what the client throws, and Error where an answer has no such number.

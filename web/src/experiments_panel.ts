@@ -18,7 +18,6 @@ export class ExperimentsPanel extends LitElement {
   @property({ attribute: false }) page: PageState = kDefaultPage;
   @property({ attribute: false }) on_show: (page: PageState) => void = () => undefined;
 
-  @state() private at_ = 0;
   @state() private guess_: number | undefined;
   @state() private numbers_: Measured | undefined;
   @state() private busy_ = false;
@@ -105,9 +104,9 @@ export class ExperimentsPanel extends LitElement {
   }
 
   override willUpdate(changed: PropertyValues<this>): void {
-    const before = changed.get("page")?.experiment;
-    if (changed.has("page") && before !== undefined && before !== this.page.experiment)
-      this.begin_(0);
+    const before = changed.get("page");
+    const { experiment, step } = this.page;
+    if (before && (before.experiment !== experiment || before.step !== step)) this.begin_();
   }
 
   override render(): TemplateResult {
@@ -130,12 +129,13 @@ export class ExperimentsPanel extends LitElement {
   }
 
   private open_(experiment: Experiment): TemplateResult {
-    const step = experiment.steps[this.at_] ?? experiment.steps[0];
-    const last = this.at_ === experiment.steps.length - 1;
+    const at = Math.min(this.page.step, experiment.steps.length - 1);
+    const step = experiment.steps[at];
+    const last = at === experiment.steps.length - 1;
     const name = this.page.experiment;
     if (step === undefined) return html``;
     return html`<h3>${experiment.title}</h3>
-      <p class="muted">Step ${this.at_ + 1} of ${experiment.steps.length}</p>
+      <p class="muted">Step ${at + 1} of ${experiment.steps.length}</p>
       <p class="text">${step.text}</p>
       <p class="text"><b>${step.question}</b></p>
       <div class="choices" role="group" aria-label="Answers">
@@ -147,20 +147,20 @@ export class ExperimentsPanel extends LitElement {
         ${this.numbers_ ? this.answer_(step, this.numbers_) : nothing}
       </div>
       <nav aria-label="Steps">
-        <button type="button" @click=${() => this.show_step_(name, this.at_)}>
+        <button type="button" @click=${() => this.show_step_(name, at)}>
           Show this step's settings
         </button>
         <button
           type="button"
-          ?disabled=${this.at_ === 0}
-          @click=${() => this.show_step_(name, this.at_ - 1)}
+          ?disabled=${at === 0}
+          @click=${() => this.show_step_(name, at - 1)}
         >
           Back
         </button>
         <button
           type="button"
           ?disabled=${last}
-          @click=${() => this.show_step_(name, this.at_ + 1)}
+          @click=${() => this.show_step_(name, at + 1)}
         >
           Next step
         </button>
@@ -207,13 +207,12 @@ export class ExperimentsPanel extends LitElement {
   private show_step_(name: string, at: number): void {
     const step = kExperiments.get(name)?.steps[at];
     if (step === undefined) return;
-    this.begin_(at);
-    this.on_show(page_of_step(step, name));
+    this.begin_();
+    this.on_show(page_of_step(step, name, at));
   }
 
-  private begin_(at: number): void {
+  private begin_(): void {
     this.abort_.abort();
-    this.at_ = at;
     this.guess_ = undefined;
     this.numbers_ = undefined;
     this.message_ = "";

@@ -20,6 +20,7 @@ export interface PageState {
   subject_m: Distance; // from the camera of `a`, along its axis
   point: PicturePoint | undefined; // where the subject was clicked
   experiment: string; // the name of an experiment's file; empty: none
+  step: number; // of the experiment, from 0
 }
 
 export const kDefaultPage: PageState = {
@@ -29,6 +30,7 @@ export const kDefaultPage: PageState = {
   subject_m: 1,
   point: undefined,
   experiment: "",
+  step: 0,
 };
 
 export function page_fragment(page: PageState): string {
@@ -40,7 +42,10 @@ export function page_fragment(page: PageState): string {
   }
   if (page.subject_m !== kDefaultPage.subject_m) text.set("subject_m", String(page.subject_m));
   if (page.point) text.set("point", `${page.point.x},${page.point.y}`);
-  if (page.experiment !== "") text.set("experiment", page.experiment);
+  if (page.experiment !== "") {
+    text.set("experiment", page.experiment);
+    text.set("step", String(page.step + 1));
+  }
   return `#${text.toString()}`;
 }
 
@@ -54,7 +59,13 @@ export function page_of(fragment: string): PageState {
     subject_m: distance_of(text.get("subject_m") ?? "") ?? kDefaultPage.subject_m,
     point: point_of(text.get("point")),
     experiment: text.get("experiment") ?? "",
+    step: step_of(text.get("step")),
   };
+}
+
+function step_of(text: string | null): number {
+  const step = number_of(text ?? "") ?? 1;
+  return Number.isInteger(step) && step >= 1 ? step - 1 : 0;
 }
 
 function point_of(text: string | null): PicturePoint | undefined {

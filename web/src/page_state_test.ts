@@ -35,6 +35,7 @@ describe("page in the address", () => {
       subject_m: 2.5,
       point: { x: 0.25, y: 0.5 },
       experiment: "hyperfocal-focusing",
+      step: 1,
     };
     expect(page_of(page_fragment(page))).toEqual(page);
     expect(page_of(page_fragment({ ...page, b: undefined })).b).toBeUndefined();
@@ -52,6 +53,8 @@ describe("page in the address", () => {
     expect(page_of("#point=1.5,0.5").point).toBeUndefined();
     expect(page_of("#point=0.5").point).toBeUndefined();
     expect(page_of("#compare=magic").comparison).toBe("wipe");
+    expect(page_of("#experiment=a&step=0").step).toBe(0);
+    expect(page_of("#experiment=a&step=2").step).toBe(1);
     expect(page_of("#subject_m=infinity").subject_m).toBe("infinity");
   });
 });
