@@ -19,15 +19,19 @@ const kChromiumFlags = [
   "--disable-sync",
 ];
 
-/// Starts `$FSTOP_BINARY serve` on a free port of the loopback; `stop` ends it and tidies up.
-export async function start_server() {
+/// Starts `$FSTOP_BINARY serve` on a port of the loopback, 0 for any free one; `stop` ends it and
+/// tidies up.
+export async function start_server(port = 0) {
   const binary = process.env.FSTOP_BINARY;
   if (!binary) throw new Error("FSTOP_BINARY must name the fstop binary");
   const directory = await mkdtemp(join(tmpdir(), "fstop-page-"));
   const port_file = join(directory, "port");
   const process_ = spawn(
     binary,
-    ["serve", "--port", "0", "--port-file", port_file, "--web-root", kWebRoot],
+    [
+      ...["serve", "--port", String(port), "--port-file", port_file, "--web-root", kWebRoot],
+      ...["--log-file", join(directory, "log")],
+    ],
     { stdio: ["ignore", "inherit", "inherit"] },
   );
   const ended = new Promise((resolve) => process_.once("exit", resolve).once("error", resolve));

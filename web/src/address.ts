@@ -1,6 +1,6 @@
-/// The state in the browser's address and history.
-import { fragment_of, state_of } from "./state.ts";
-import type { PlaygroundState } from "./state.ts";
+/// The state of the page in the browser's address and history.
+import { page_fragment, page_of } from "./page_state.ts";
+import type { PageState } from "./page_state.ts";
 
 const kSameGesture_ms = 1000;
 
@@ -11,12 +11,12 @@ export class Address {
 
   constructor(private readonly window_: Window) {}
 
-  state(): PlaygroundState {
-    return state_of(this.window_.location.hash);
+  page(): PageState {
+    return page_of(this.window_.location.hash);
   }
 
-  write(state: PlaygroundState): void {
-    const fragment = fragment_of(state);
+  write(page: PageState): void {
+    const fragment = page_fragment(page);
     if (fragment === this.window_.location.hash) return;
     const now_ms = performance.now();
     const same_gesture = now_ms - this.written_at_ms_ < kSameGesture_ms;
@@ -25,11 +25,11 @@ export class Address {
     else this.window_.history.pushState(null, "", fragment);
   }
 
-  /// Calls `on_state` when back, forward or an edit of the address brings another state.
-  watch(on_state: (state: PlaygroundState) => void, signal: AbortSignal): void {
+  /// Calls `on_page` when back, forward or an edit of the address brings another state.
+  watch(on_page: (page: PageState) => void, signal: AbortSignal): void {
     const report = (): void => {
       this.written_at_ms_ = Number.NEGATIVE_INFINITY;
-      on_state(this.state());
+      on_page(this.page());
     };
     this.window_.addEventListener("popstate", report, { signal });
   }

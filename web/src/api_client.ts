@@ -1,6 +1,15 @@
 /// fstop's HTTP interface as functions. The only place of the page that calls `fetch`.
-import type { OpticsReport, OpticsRequest, Problem, RenderReport } from "./contract.ts";
+import type { ChartReport, ChartRequest, OpticsReport, OpticsRequest } from "./contract.ts";
+import type { Job, Problem, PsfReport, PsfRequest, RenderReport } from "./contract.ts";
 import type { RenderRequest, SceneList, SceneSummary } from "./contract.ts";
+import { events_of } from "./event_stream.ts";
+import { read_layer } from "./exr.ts";
+import type { Layer } from "./exr.ts";
+import { picture_of_job } from "./render_jobs.ts";
+import type { RenderProgress } from "./render_jobs.ts";
+import { BusyError, RefusedError, UnreachableError } from "./reply_errors.ts";
+
+export { BusyError, RefusedError, UnreachableError };
 
 /// An image and what its reply's headers say of it; texts are empty where absent.
 export interface RenderedImage {
@@ -10,40 +19,6 @@ export interface RenderedImage {
   picture: Blob;
   round_trip_ms: number;
   timings_ms: ReadonlyMap<string, number>;
-}
-
-/// The server refuses the request or fails at it, and says why.
-export class RefusedError extends Error {
-  constructor(
-    readonly status: number,
-    readonly problem: Problem,
-  ) {
-    super(problem.detail ?? problem.title ?? `The server answered with status ${status}.`);
-  }
-}
-
-/// The server has no room now and names the time after which it may.
-export class BusyError extends Error {
-  constructor(readonly retry_after_ms: number) {
-    super("The server is busy.");
-  }
-}
-
-/// The render takes longer than a reply may: the server made it a job.
-export class DeferredError extends Error {
-  constructor(readonly job: string) {
-    super(
-      `This picture takes longer than the server lets a page wait; it goes on as ${job}. ` +
-        "A larger error or a smaller aperture is faster.",
-    );
-  }
-}
-
-/// No answer came: the server is away or the connection broke.
-export class UnreachableError extends Error {
-  constructor(cause: unknown) {
-    super("The fstop server does not answer.", { cause });
-  }
 }
 
 export type Fetch = (input: URL, init: RequestInit) => Promise<Response>;
@@ -59,12 +34,22 @@ export class ApiClient {
     return (await this.json_<SceneList>("v1/scenes", { signal })).scenes;
   }
 
-  async render(request: RenderRequest, signal: AbortSignal): Promise<RenderedImage> {
+  /// Where `tell` is given and the server makes jobs, it hears of the progress. A render that is
+  /// aborted is withdrawn.
+  async render(
+    request: RenderRequest,
+    signal: AbortSignal,
+    tell?: (progress: RenderProgress) => void,
+  ): Promise<RenderedImage> {
     const start_ms = performance.now();
-    const reply = await this.reply_("v1/renders", {
-      ...post_of(request, "image/png, application/problem+json"),
-      signal,
-    });
+    const call = post_of(request, "image/png, application/problem+json");
+    const headers = tell ? { ...call.headers, Prefer: "respond-async" } : call.headers;
+    let reply = await this.reply_("v1/renders", { ...call, headers, signal });
+    if (reply.status === 202) {
+      const job = (await reply.json()) as Job;
+      const send = (path: string, init: RequestInit): Promise<Response> => this.reply_(path, init);
+      reply = await picture_of_job(job, send, signal, tell ?? (() => undefined));
+    }
     const picture = await reply.blob();
     return {
       id: reply.headers.get("Fstop-Render-Id") ?? "",
@@ -84,6 +69,43 @@ export class ApiClient {
     return this.json_("v1/optics", { ...post_of(request, "application/json"), signal });
   }
 
+  psf(request: PsfRequest, signal: AbortSignal): Promise<PsfReport> {
+    return this.json_("v1/psf", { ...post_of(request, "application/json"), signal });
+  }
+
+  /// Where a finished render's picture is, in a format.
+  picture_address(id: string, format: string): string {
+    const path = `v1/renders/${encodeURIComponent(id)}/image?format=${format}`;
+    return new URL(path, this.base_).href;
+  }
+
+  /// A layer that the render was asked for: metres along the axis, or signed blur in pixels.
+  async layer(id: string, output: "depth" | "coc", signal: AbortSignal): Promise<Layer> {
+    const path = `v1/renders/${encodeURIComponent(id)}/outputs/${output}?format=exr`;
+    return read_layer(await (await this.reply_(path, { signal })).arrayBuffer());
+  }
+
+  /// `on_progress` hears of the share that is done, 0 to 1.
+  async chart(
+    request: ChartRequest,
+    on_progress: (share: number) => void,
+    signal: AbortSignal,
+  ): Promise<ChartReport> {
+    const reply = await this.reply_("v1/charts", { ...post_of(request, kEventStream), signal });
+    for await (const { event, data } of events_of(reply.body ?? new ReadableStream())) {
+      if (event === "progress") on_progress((JSON.parse(data) as { progress: number }).progress);
+      if (event === "problem") throw refusal_of(JSON.parse(data) as Problem);
+      if (event === "chart") return JSON.parse(data) as ChartReport;
+    }
+    signal.throwIfAborted();
+    throw new UnreachableError("the events ended before the chart");
+  }
+
+  /// The drawing that the server makes of a chart.
+  async chart_drawing(request: ChartRequest, signal: AbortSignal): Promise<string> {
+    return (await this.reply_("v1/charts", { ...post_of(request, "image/svg+xml"), signal })).text();
+  }
+
   private async json_<Answer>(path: string, init: RequestInit): Promise<Answer> {
     const reply = await this.reply_(path, init);
     return (await reply.json()) as Answer;
@@ -98,7 +120,8 @@ export class ApiClient {
       init.signal?.throwIfAborted();
       throw new UnreachableError(error);
     }
-    if (reply.status === 202) throw new DeferredError(reply.headers.get("Location") ?? "a job");
+    if (reply.status === 502 || reply.status === 504)
+      throw new UnreachableError(`a gateway answered with ${reply.status}`);
     if (reply.status === 503 || reply.status === 429)
       throw new BusyError(retry_after_ms(reply.headers.get("Retry-After"), Date.now()));
     if (!reply.ok) throw new RefusedError(reply.status, await problem_of(reply));
@@ -133,7 +156,13 @@ export function numbers_of(header: string | null): Map<string, number> {
   return new Map(numbers.filter(([name, value]) => name !== "" && Number.isFinite(value)));
 }
 
-function post_of(body: unknown, accept: string): RequestInit {
+const kEventStream = "text/event-stream, application/problem+json";
+
+function refusal_of(problem: Problem): RefusedError {
+  return new RefusedError(problem.status ?? 500, problem);
+}
+
+function post_of(body: unknown, accept: string) {
   const headers = { "Content-Type": "application/json", Accept: accept };
   return { method: "POST", headers, body: JSON.stringify(body) };
 }

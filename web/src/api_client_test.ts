@@ -2,7 +2,6 @@ import { describe, expect, it } from "vitest";
 import {
   ApiClient,
   BusyError,
-  DeferredError,
   RefusedError,
   UnreachableError,
 } from "./api_client.ts";
@@ -51,7 +50,7 @@ describe("api client", () => {
     );
   });
 
-  it("tells refusal, lack of room, jobs and silence apart", async () => {
+  it("tells refusal, lack of room and silence apart", async () => {
     const problem = { title: "Invalid", errors: [{ pointer: "#/scene", detail: "unknown" }] };
     const refused = new Response(JSON.stringify(problem), {
       status: 422,
@@ -70,13 +69,6 @@ describe("api client", () => {
     expect(wait).toBeInstanceOf(BusyError);
     expect(wait.retry_after_ms).toBe(2000);
 
-    const job = new Response(null, { status: 202, headers: { Location: "/v1/jobs/7" } });
-    const deferred = await client_that(() => job)
-      .client.render(kRequest, never)
-      .catch((e) => e);
-    expect(deferred).toBeInstanceOf(DeferredError);
-    expect(deferred.message).toContain("/v1/jobs/7");
-
     const silent = client_that(() => Promise.reject(new TypeError("network")));
     await expect(silent.client.scenes(never)).rejects.toBeInstanceOf(UnreachableError);
   });
@@ -86,6 +78,69 @@ describe("api client", () => {
     const { client } = client_that(() => (abort.abort(), Promise.reject(new TypeError("aborted"))));
     const failure = await client.scenes(abort.signal).catch((error) => error);
     expect(failure.name).toBe("AbortError");
+  });
+});
+
+describe("a render that becomes a job", () => {
+  const kJob = { job: "5f", state: "running", render: "r", fraction: 0, links: {} };
+  const event = (name: string, job: object, id: number): string =>
+    `id: ${id}\nevent: ${name}\ndata: ${JSON.stringify({ ...kJob, ...job })}\n\n`;
+
+  /// A server that makes a job of every render; `streams` are its events, one for each connection.
+  function job_server(...streams: string[]) {
+    const calls: { method: string; path: string; headers: Headers }[] = [];
+    const send: Fetch = async (input, init) => {
+      const headers = new Headers(init.headers);
+      calls.push({ method: init.method ?? "GET", path: input.pathname, headers });
+      if (init.method === "POST") return new Response(JSON.stringify(kJob), { status: 202 });
+      if (init.method === "DELETE") return new Response(null, { status: 204 });
+      if (input.pathname.endsWith("/preview")) return new Response("preview");
+      if (input.pathname.endsWith("/image"))
+        return new Response("picture", { headers: { "Fstop-Render-Id": "r" } });
+      const stream = streams.shift();
+      if (stream !== undefined) return new Response(stream);
+      // Nothing more comes: until the reader goes.
+      return new Promise((_, reject) =>
+        init.signal?.addEventListener("abort", () => reject(new TypeError("aborted"))),
+      );
+    };
+    return { client: new ApiClient("http://host/below/", send), calls };
+  }
+
+  it("tells of its progress and previews, over a connection that breaks, to the picture", async () => {
+    const preview = { links: { preview: "/v1/jobs/5f/preview?number=1" } };
+    const { client, calls } = job_server(
+      event("progress", { fraction: 0.25, upper_95: 0.1, ...preview }, 41),
+      event("progress", { fraction: 0.5, ...preview }, 42) + event("done", { state: "done" }, 43),
+    );
+    const told: [number, string | undefined][] = [];
+    const image = await client.render(kRequest, never, ({ fraction, preview }) =>
+      void told.push([fraction, preview && "picture"]),
+    );
+    expect(told).toEqual([
+      [0.25, "picture"],
+      [0.5, undefined], // the same preview again is not fetched again
+    ]);
+    expect([image.id, await image.picture.text()]).toEqual(["r", "picture"]);
+    expect(calls[0]?.headers.get("Prefer")).toBe("respond-async");
+    const watched = calls.filter(({ path }) => path === "/below/v1/jobs/5f/events");
+    expect(watched.map(({ headers }) => headers.get("Last-Event-ID"))).toEqual([null, "41"]);
+  });
+
+  it("is refused where it fails, with the server's reason", async () => {
+    const problem = { status: 504, detail: "took too long" };
+    const { client } = job_server(event("failed", { state: "failed", problem }, 1));
+    const failure = await client.render(kRequest, never).catch((error) => error);
+    expect(failure).toBeInstanceOf(RefusedError);
+    expect(failure.message).toBe("took too long");
+  });
+
+  it("is withdrawn when nobody wants it any more", async () => {
+    const abort = new AbortController();
+    const { client, calls } = job_server();
+    setTimeout(() => abort.abort(), 10);
+    await expect(client.render(kRequest, abort.signal)).rejects.toThrow();
+    expect(calls.at(-1)).toMatchObject({ method: "DELETE", path: "/below/v1/jobs/5f" });
   });
 });
 

@@ -2,22 +2,17 @@ import { LitElement, css, html, nothing } from "lit";
 import type { TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { live } from "lit/directives/live.js";
+import "./body_controls.ts";
+import { StateChangeEvent } from "./changes.ts";
 import type { SceneSummary } from "./contract.ts";
 import type { Field, FieldFaults } from "./faults.ts";
 import { fault_list, segments, slider, text_input, tick_box } from "./fields.ts";
 import { distance_at, kInfinityPosition, position_of } from "./focus_scale.ts";
 import { quantity } from "./format.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
-import { distance_of, kDefaultState, number_of } from "./state.ts";
+import { distance_of, kCriteria, kDefaultState, number_of } from "./state.ts";
 import type { PlaygroundState, StateChange } from "./state.ts";
 import { f_number_of_step, kLastThirdStop, nominal_label } from "./third_stops.ts";
-
-/// A change that the user made; `settled` is false while a slider is still held.
-export class StateChangeEvent extends CustomEvent<{ change: StateChange; settled: boolean }> {
-  constructor(change: StateChange, settled: boolean) {
-    super("state-change", { detail: { change, settled } });
-  }
-}
 
 const kFocalLengths_mm = [14, 20, 24, 28, 35, 50, 85, 105, 135, 200];
 const kQualities = [
@@ -52,6 +47,12 @@ export class CameraControls extends LitElement {
       .row + .row {
         margin-top: 0.4rem;
       }
+      .criterion {
+        display: flex;
+        align-items: center;
+        gap: 0.5rem;
+        margin-top: 0.4rem;
+      }
       .note {
         margin: 0.2rem 0 0;
         font-size: 0.875rem;
@@ -80,6 +81,7 @@ export class CameraControls extends LitElement {
         (camera) => this.change_({ camera }),
       )}
       ${this.state.camera === "lens" ? this.lens_() : this.pinhole_()}
+      <fstop-body-controls .state=${this.state} .faults=${this.faults}></fstop-body-controls>
       <h2>Picture</h2>
       ${this.quality_()}
     `;
@@ -121,7 +123,18 @@ export class CameraControls extends LitElement {
           focal_length_mm,
           (value) => this.change_({ focal_length_mm: value }),
         )}
-        ${this.number_("focal_length_mm", "Focal length", "mm")}
+        <div class="row">
+          ${this.number_("focal_length_mm", "Focal length", "mm")}
+          ${tick_box(
+            "Lock framing",
+            this.state.lock_framing,
+            (lock_framing) => this.change_({ lock_framing }),
+            "lock-note",
+          )}
+        </div>
+        <p class="note muted" id="lock-note" ?hidden=${!this.state.lock_framing}>
+          Another focal length moves the camera: what is in focus keeps its size.
+        </p>
         ${fault_list("focal_length_mm", this.faults_of_("focal_length_mm"))}
       </div>
       <div class="field">
@@ -206,6 +219,7 @@ export class CameraControls extends LitElement {
             }),
           )}
         </div>
+        ${optimal ? this.criterion_() : nothing}
         ${fault_list("diameter_mm", this.faults_of_("diameter_mm"))}
       </div>
       <div class="field">
@@ -214,6 +228,24 @@ export class CameraControls extends LitElement {
         ${fault_list("image_distance_mm", this.faults_of_("image_distance_mm"))}
       </div>
     `;
+  }
+
+  /// What the optimal hole is best at.
+  private criterion_(): TemplateResult {
+    return html`<label class="criterion">
+      <span class="muted">by</span>
+      <select
+        aria-label="What the optimal hole is best at"
+        .value=${live(this.state.criterion)}
+        @change=${(event: Event) =>
+          this.change_({ criterion: chosen_value(event) as PlaygroundState["criterion"] })}
+      >
+        ${kCriteria.map(
+          (name) =>
+            html`<option value=${name} ?selected=${name === this.state.criterion}>${name}</option>`,
+        )}
+      </select>
+    </label>`;
   }
 
   private quality_(): TemplateResult {

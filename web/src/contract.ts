@@ -17,7 +17,26 @@ export type RenderReport = Schemas["RenderReport"];
 export type ModelledEffect = Schemas["ModelledEffect"];
 export type OpticsReport = Schemas["OpticsReport"];
 export type OpticsAtDistance = Schemas["OpticsAtDistance"];
+export type PinholeCriterion = Schemas["PinholeCriterion"];
+export type PsfRequest = Schemas["PsfRequest"];
+export type PsfReport = Schemas["PsfReport"];
+export type ChartRequest = Schemas["ChartRequest"];
+export type ChartReport = Schemas["ChartReport"];
+export type ChartPoint = Schemas["ChartPoint"];
 export type PinholeOptics = Schemas["PinholeOptics"];
+
+/// A render that goes on by itself (202), where the server makes such jobs; what the page reads of
+/// it.
+export interface Job {
+  job: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
+  fraction: number;
+  queue_place?: number;
+  upper_95?: number; // of the preview's error
+  remaining_ms?: number;
+  links: { preview?: string };
+  problem?: Problem;
+}
 
 /// One fault of a refused request: where it is and what is wrong with it.
 export type Fault = Schemas["FieldFault"];

@@ -28,9 +28,10 @@ export interface Choice<Value> {
   caption: string;
 }
 
-/// Rows are filled evenly: two or four choices stand in one row, others in rows of five.
+/// Rows are filled evenly: up to four choices stand in one row, others in rows of five.
 const kColumns: ReadonlyMap<number, string> = new Map([
   [2, "two"],
+  [3, "three"],
   [4, "four"],
 ]);
 

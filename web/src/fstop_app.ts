@@ -1,120 +1,68 @@
-import { LitElement, css, html } from "lit";
+import { LitElement, html, nothing } from "lit";
 import type { TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { Address } from "./address.ts";
 import { ApiClient } from "./api_client.ts";
+import { kAppStyles } from "./app_styles.ts";
 import "./camera_controls.ts";
-import type { StateChangeEvent } from "./camera_controls.ts";
+import type { PickEvent, StateChangeEvent, SubjectMoveEvent } from "./changes.ts";
 import type { SceneSummary } from "./contract.ts";
 import { complaint_of, kNoComplaint, sorted_faults } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
+import { segments } from "./fields.ts";
 import { LatestTask } from "./latest_task.ts";
 import type { Urgency } from "./latest_task.ts";
-import "./optics_panel.ts";
 import { kNoOptics, optics_update } from "./optics_updates.ts";
-import type { OpticsView } from "./optics_updates.ts";
+import type { OpticsQuestion, OpticsView } from "./optics_updates.ts";
+import { page_fragment } from "./page_state.ts";
+import type { PageState } from "./page_state.ts";
+import { kTabs, tab_body, tab_row } from "./page_tabs.ts";
+import type { Tab } from "./page_tabs.ts";
 import "./picture_panel.ts";
-import { kNoPicture, picture_updates } from "./picture_updates.ts";
+import { kNoPicture, patiently, picture_updates } from "./picture_updates.ts";
 import type { PictureView } from "./picture_updates.ts";
-import "./report_panel.ts";
-import { kBaseStyles } from "./shared_styles.ts";
-import { fragment_of } from "./state.ts";
+import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
+import "./side_view_panel.ts";
+import { fragment_of, rounded, with_consequences } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
-import { nominal_label } from "./third_stops.ts";
+import { description_of, summary_of } from "./words.ts";
 
-/// The playground: keeps the state, asks the server for its picture and its numbers.
+type Side = "a" | "b";
+
+/// The playground: keeps the state, asks the server for its pictures and its numbers.
 @customElement("fstop-app")
 export class FstopApp extends LitElement {
   private readonly address_ = new Address(window);
   private readonly client_ = new ApiClient(document.baseURI);
 
-  @state() private state_: PlaygroundState = this.address_.state();
+  @state() private page_: PageState = this.address_.page();
+  @state() private editing_: Side = "a";
   @state() private scenes_: readonly SceneSummary[] = [];
   @state() private scenes_complaint_: Complaint = kNoComplaint;
-  @state() private picture_: PictureView = kNoPicture;
+  @state() private a_: PictureView = kNoPicture;
+  @state() private b_: PictureView = kNoPicture;
   @state() private optics_: OpticsView = kNoOptics;
+  @state() private tab_: Tab = this.page_.experiment === "" ? "optics" : "experiments";
 
-  private readonly picture_task_ = new LatestTask<PlaygroundState>(
-    async (wanted, signal, has_result) => {
-      for await (const update of picture_updates(this.client_, wanted, signal)) {
-        this.picture_ = { ...this.picture_, ...update };
-        if (update.image) has_result();
-      }
-    },
-  );
-  private readonly optics_task_ = new LatestTask<PlaygroundState>(async (wanted, signal) => {
+  private readonly a_task_ = new LatestTask<PlaygroundState>(async (wanted, signal, has_result) => {
+    for await (const update of picture_updates(this.client_, wanted, signal)) {
+      this.a_ = { ...this.a_, ...update };
+      if (update.image) has_result();
+    }
+  });
+  private readonly b_task_ = new LatestTask<PlaygroundState>(async (wanted, signal, has_result) => {
+    for await (const update of picture_updates(this.client_, wanted, signal)) {
+      this.b_ = { ...this.b_, ...update };
+      if (update.image) has_result();
+    }
+  });
+  private readonly optics_task_ = new LatestTask<OpticsQuestion>(async (wanted, signal) => {
     this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
   });
+  private submitted_: Partial<Record<Side | "optics", string>> = {};
   private leaving_ = new AbortController();
 
-  static override styles = [
-    kBaseStyles,
-    css`
-      :host {
-        display: block;
-        max-width: 100rem;
-        margin: 0 auto;
-        padding: 0 clamp(0.75rem, 2vw, 2rem) 2rem;
-      }
-      header {
-        display: flex;
-        flex-wrap: wrap;
-        align-items: baseline;
-        gap: 0 0.9rem;
-        padding: 0.8rem 0 0.7rem;
-      }
-      h1 {
-        margin: 0;
-        font-size: 1.25rem;
-        font-weight: 600;
-        letter-spacing: -0.01em;
-      }
-      header p {
-        margin: 0;
-      }
-      main {
-        display: grid;
-        grid-template-columns: minmax(0, 1fr);
-        gap: var(--gap);
-      }
-      .panel {
-        padding: 1rem;
-        border: 1px solid var(--line);
-        border-radius: var(--radius);
-        background: var(--panel);
-      }
-      @media (max-width: 55.99rem) and (min-height: 34rem) {
-        fstop-picture {
-          position: sticky;
-          top: 0;
-          z-index: 2;
-          margin: 0 calc(-1 * clamp(0.75rem, 2vw, 2rem));
-          padding: 0 clamp(0.75rem, 2vw, 2rem);
-          background: var(--surface);
-        }
-      }
-      @media (min-width: 56rem) {
-        main {
-          grid-template-columns: minmax(0, 1fr) 20rem;
-          gap: 1.25rem;
-          align-items: start;
-        }
-        .controls {
-          grid-column: 2;
-          grid-row: 1 / span 2;
-        }
-        .below {
-          grid-column: 1;
-        }
-      }
-      .below {
-        display: grid;
-        grid-template-columns: repeat(auto-fit, minmax(min(20rem, 100%), 1fr));
-        gap: var(--gap);
-        align-items: start;
-      }
-    `,
-  ];
+  static override styles = [kBaseStyles, kControlStyles, kAppStyles];
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -126,96 +74,240 @@ export class FstopApp extends LitElement {
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     this.leaving_.abort();
-    this.picture_task_.stop();
-    this.optics_task_.stop();
+    for (const task of [this.a_task_, this.b_task_, this.optics_task_]) task.stop();
   }
 
   override render(): TemplateResult {
-    const complaints = [this.scenes_complaint_, this.picture_.complaint, this.optics_.complaint];
+    const edited = this.edited_();
+    const view = this.editing_ === "a" ? this.a_ : this.b_;
+    const complaints = [this.scenes_complaint_, view.complaint, this.optics_.complaint];
     const { at, elsewhere } = sorted_faults(complaints.flatMap(({ faults }) => faults));
     const messages = complaints.map(({ message }) => message).filter((message) => message !== "");
-    const lens = this.state_.camera === "lens";
+    const { page_: page } = this;
     return html`
       <header>
         <h1>fstop</h1>
         <p class="muted">what a camera's optics do to light</p>
       </header>
-      <main>
-        <fstop-picture
-          .view=${this.picture_}
-          .description=${this.description_()}
-          .messages=${[...new Set([...messages, ...elsewhere])]}
-          .outdated=${this.picture_.complaint !== kNoComplaint}
-          @retry=${() => void this.load_scenes_()}
-        ></fstop-picture>
+      <main
+        @state-change=${(event: StateChangeEvent) => this.change_(event)}
+        @subject-move=${(event: SubjectMoveEvent) => this.move_subject_(event)}
+        @pick=${(event: PickEvent) => this.pick_(event)}
+      >
+        <section class="picture" aria-label="Picture">
+          ${this.compare_()}
+          <fstop-picture
+            .view=${this.a_}
+            .other=${page.b ? this.b_ : undefined}
+            .comparison=${page.comparison}
+            .description=${description_of(this.a_.shown, this.scenes_)}
+            .other_description=${description_of(this.b_.shown, this.scenes_)}
+            .point=${page.point}
+            .coc_limit_mm=${this.optics_.optics?.coc_limit_mm ?? 0}
+            .messages=${[...new Set([...messages, ...elsewhere])]}
+            .outdated=${this.a_.complaint !== kNoComplaint}
+            @retry=${() => this.retry_()}
+          ></fstop-picture>
+          <p class="summary number" role="status">${this.summary_()}</p>
+        </section>
         <section class="panel controls" aria-label="Settings">
           <fstop-camera-controls
-            .state=${this.state_}
+            .state=${edited}
             .scenes=${this.scenes_}
             .faults=${at}
-            .optimal_diameter_mm=${this.optics_.optics?.pinhole?.optimal_diameter_mm ?? 0.35}
-            @state-change=${(event: StateChangeEvent) => this.change_(event)}
+            .optimal_diameter_mm=${this.optics_.optics?.pinhole.diameter_mm ?? 0.35}
           ></fstop-camera-controls>
         </section>
-        <div class="below">
-          <section class="panel" aria-label="Optics">
-            <fstop-optics
-              .optics=${this.optics_.optics}
-              .focus_distance_m=${lens ? this.state_.focus_distance_m : undefined}
-              .outdated=${this.optics_.complaint !== kNoComplaint}
-            ></fstop-optics>
-          </section>
-          <section class="panel" aria-label="How the picture was made">
-            <fstop-report
-              .report=${this.picture_.report}
-              .outdated=${this.picture_.report?.id !== this.picture_.image?.id}
-            ></fstop-report>
-          </section>
-        </div>
+        <section class="panel side" aria-label="Side view">
+          <fstop-side-view
+            .state=${edited}
+            .optics=${this.optics_.optics}
+            .numbers_of=${this.optics_.of}
+            .subject_m=${this.optics_.subject_m ?? page.subject_m}
+          ></fstop-side-view>
+        </section>
+        <section class="below" aria-label="More">
+          ${tab_row(this.tab_, (tab) => void this.open_(tab))}
+          <div class="panel" role="tabpanel" id="tab-panel" aria-labelledby="tab-${this.tab_}">
+            ${tab_body(this.tab_, {
+              client: this.client_,
+              state: edited,
+              page,
+              optics: this.optics_,
+              view,
+              on_show: (wanted) => this.settle_(wanted),
+            })}
+          </div>
+        </section>
       </main>
     `;
   }
 
-  private description_(): string {
-    const { shown } = this.picture_;
-    if (shown === undefined) return "";
-    const title = this.scenes_.find(({ name }) => name === shown.scene)?.title ?? shown.scene;
-    if (shown.camera === "pinhole") return `${title} through a pinhole`;
-    const { focal_length_mm, f_stop, focus_distance_m } = shown;
-    const focus = focus_distance_m === "infinity" ? "infinity" : `${focus_distance_m} m`;
-    const lens = `${focal_length_mm} mm lens at f/${nominal_label(f_stop)}`;
-    return `${title} through a ${lens}, focused at ${focus}`;
+  /// Two requests side by side: which one the controls are for, and how they are compared.
+  private compare_(): TemplateResult {
+    const { b, comparison } = this.page_;
+    if (b === undefined)
+      return html`<div class="compare">
+        <button type="button" @click=${() => this.compare_with_copy_()}>Compare A and B</button>
+        <span class="muted">keeps this picture as A and lets you change B</span>
+      </div>`;
+    return html`<div class="compare">
+      ${segments(
+        "editing",
+        "Settings of",
+        [
+          { value: "a", caption: "A" },
+          { value: "b", caption: "B" },
+        ],
+        this.editing_,
+        (side) => this.edit_(side as Side),
+      )}
+      ${segments(
+        "comparison",
+        "as",
+        [
+          { value: "wipe", caption: "wipe" },
+          { value: "difference", caption: "difference" },
+        ],
+        comparison,
+        (wanted) => this.settle_({ ...this.page_, comparison: wanted as PageState["comparison"] }),
+      )}
+      <button type="button" @click=${() => this.settle_({ ...this.page_, a: b, b: this.page_.a })}>
+        Swap
+      </button>
+      <button type="button" @click=${() => this.end_comparison_()}>Keep only A</button>
+    </div>`;
+  }
+
+  private summary_(): TemplateResult | typeof nothing {
+    const { optics, of, subject_m } = this.optics_;
+    if (!optics || !of || subject_m === undefined) return nothing;
+    return html`${summary_of(of, optics, subject_m)}`;
+  }
+
+  private edited_(): PlaygroundState {
+    return (this.editing_ === "b" ? this.page_.b : undefined) ?? this.page_.a;
+  }
+
+  private compare_with_copy_(): void {
+    this.b_ = this.a_;
+    this.editing_ = "b";
+    this.settle_({ ...this.page_, b: this.page_.a });
+  }
+
+  private end_comparison_(): void {
+    this.editing_ = "a";
+    this.settle_({ ...this.page_, b: undefined });
+  }
+
+  private edit_(side: Side): void {
+    this.editing_ = side;
+    this.show_(this.page_);
+  }
+
+  private async open_(tab: Tab): Promise<void> {
+    await kTabs[tab].load();
+    this.tab_ = tab;
+    if (tab !== "experiments" && this.page_.experiment !== "")
+      this.settle_({ ...this.page_, experiment: "" });
   }
 
   private async load_scenes_(): Promise<void> {
+    const { signal } = this.leaving_;
+    void kTabs[this.tab_].load().then(() => this.requestUpdate());
     try {
-      this.scenes_ = await this.client_.scenes(this.leaving_.signal);
+      const attempts = patiently("refining", (s) => this.client_.scenes(s), signal);
+      for (;;) {
+        const { done, value } = await attempts.next();
+        if (done) {
+          this.scenes_ = value;
+          break;
+        }
+        this.a_ = { ...this.a_, ...value };
+      }
       this.scenes_complaint_ = kNoComplaint;
-      this.show_(this.state_);
+      this.show_(this.page_);
     } catch (error) {
-      if (!this.leaving_.signal.aborted) this.scenes_complaint_ = complaint_of(error);
+      if (!signal.aborted) this.scenes_complaint_ = complaint_of(error);
     }
+  }
+
+  private retry_(): void {
+    this.submitted_ = {};
+    void this.load_scenes_();
   }
 
   private change_({ detail: { change, settled } }: StateChangeEvent): void {
-    const wanted = { ...this.state_, ...change };
-    if (fragment_of(wanted) !== fragment_of(this.state_)) {
-      this.show_(wanted, settled ? "urgent" : "patient");
+    const before = this.edited_();
+    const wanted = with_consequences(before, change);
+    const page = this.page_with_(wanted);
+    if (fragment_of(wanted) !== fragment_of(before)) {
+      this.show_(page, settled ? "urgent" : "patient");
     } else if (settled) {
       // A slider let go repeats its last value; what is under way for it goes on.
-      this.picture_task_.hurry();
-      this.optics_task_.hurry();
+      for (const task of [this.a_task_, this.b_task_, this.optics_task_]) task.hurry();
     }
-    if (settled) this.address_.write(wanted);
+    if (settled) this.address_.write(page);
   }
 
-  /// Makes a state the present one and asks for its picture and numbers.
-  private show_(wanted: PlaygroundState, urgency: Urgency = "urgent"): void {
-    const scene = wanted.scene === "" ? first_scene(this.scenes_) : wanted.scene;
-    this.state_ = { ...wanted, scene };
-    if (scene === "") return;
-    this.picture_task_.submit(this.state_, urgency);
-    this.optics_task_.submit(this.state_, urgency);
+  /// The subject stays where it is in the scene: the camera goes nearer or farther.
+  private move_subject_({ detail: { subject_m, settled } }: SubjectMoveEvent): void {
+    const from_m = this.page_.subject_m;
+    const by_m = from_m === "infinity" || subject_m === "infinity" ? 0 : subject_m - from_m;
+    const state = this.edited_();
+    const moved = { ...state, camera_z_m: rounded(state.camera_z_m + by_m) };
+    const page = { ...this.page_with_(moved), subject_m, point: undefined };
+    this.show_(page, settled ? "urgent" : "patient");
+    if (settled) this.address_.write(page);
+  }
+
+  private pick_({ detail: { point, distance_m, focus, side } }: PickEvent): void {
+    if (this.page_.b && this.page_.comparison === "wipe") this.editing_ = side;
+    const state = this.edited_();
+    const focused = focus && state.camera === "lens";
+    const wanted = focused ? { ...state, focus_distance_m: distance_m } : state;
+    this.settle_({ ...this.page_with_(wanted), point, subject_m: distance_m });
+  }
+
+  private page_with_(wanted: PlaygroundState): PageState {
+    return this.editing_ === "b" && this.page_.b
+      ? { ...this.page_, b: wanted }
+      : { ...this.page_, a: wanted };
+  }
+
+  private settle_(page: PageState): void {
+    this.show_(page);
+    this.address_.write(this.page_);
+  }
+
+  /// Makes a state the present one and asks for what is new in it.
+  private show_(wanted: PageState, urgency: Urgency = "urgent"): void {
+    const named = (state: PlaygroundState): PlaygroundState =>
+      state.scene === "" ? { ...state, scene: first_scene(this.scenes_) } : state;
+    const page = { ...wanted, a: named(wanted.a), b: wanted.b && named(wanted.b) };
+    this.page_ = page;
+    if (!page.b) {
+      this.editing_ = "a";
+      this.b_task_.stop();
+      delete this.submitted_.b;
+    }
+    if (page.a.scene === "") return;
+    const { subject_m } = page;
+    const edited = this.edited_();
+    this.submit_("a", fragment_of(page.a), () => this.a_task_.submit(page.a, urgency));
+    const { b } = page;
+    if (b) this.submit_("b", fragment_of(b), () => this.b_task_.submit(b, urgency));
+    const question = page_fragment({ ...page, a: edited, b: undefined, point: undefined });
+    this.submit_("optics", question, () =>
+      this.optics_task_.submit({ state: edited, subject_m }, urgency),
+    );
+  }
+
+  /// Asks only for what is not already asked for.
+  private submit_(what: Side | "optics", key: string, submit: () => void): void {
+    if (this.submitted_[what] === key) return;
+    this.submitted_[what] = key;
+    submit();
   }
 }
 

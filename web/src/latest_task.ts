@@ -37,7 +37,9 @@ export class LatestTask<Input> {
     this.next_ = { input, urgency };
     this.waiting_since_ms_ ??= performance.now();
     const waited_ms = performance.now() - this.waiting_since_ms_;
-    const wait_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
+    const rest_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
+    // What waits for the run under way need not wait for the hand to rest too.
+    const wait_ms = urgency === "patient" ? 0 : rest_ms;
     clearTimeout(this.timer_);
     this.timer_ = setTimeout(() => void this.start_(), wait_ms);
   }

@@ -20,7 +20,8 @@ export class OpticsPanel extends LitElement {
         display: block;
       }
       :host([outdated]) .numbers {
-        opacity: 0.6;
+        padding-left: 0.6rem;
+        border-left: 3px dotted var(--control);
       }
       dl {
         display: grid;

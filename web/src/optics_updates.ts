@@ -1,53 +1,65 @@
 /// The numbers of the camera, asked for at distances that span a room and a landscape.
-import { BusyError } from "./api_client.ts";
 import type { ApiClient } from "./api_client.ts";
 import type { Distance, OpticsReport, OpticsRequest } from "./contract.ts";
 import { complaint_of, kNoComplaint } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
-import { kPictureSize, pause } from "./picture_updates.ts";
+import { patiently, size_of } from "./picture_updates.ts";
 import { camera_of } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
 
+/// `optics` are those of the state `of` and of the subject at `subject_m`, whose row is at that
+/// distance.
 export interface OpticsView {
   optics: OpticsReport | undefined;
+  of: PlaygroundState | undefined;
+  subject_m: Distance | undefined;
   complaint: Complaint;
 }
-export const kNoOptics: OpticsView = { optics: undefined, complaint: kNoComplaint };
+export const kNoOptics: OpticsView = {
+  optics: undefined,
+  of: undefined,
+  subject_m: undefined,
+  complaint: kNoComplaint,
+};
+
+export interface OpticsQuestion {
+  state: PlaygroundState;
+  subject_m: Distance;
+}
 
 const kDistances_m: readonly number[] = [0.5, 1, 2, 3, 5, 10, 20, 50];
 
 /// The answer to the newest camera, or why there is none; nothing when `signal` aborts.
 export async function optics_update(
   source: Pick<ApiClient, "optics">,
-  state: PlaygroundState,
+  { state, subject_m }: OpticsQuestion,
   signal: AbortSignal,
 ): Promise<Partial<OpticsView>> {
+  const request = optics_request(state, subject_m);
   try {
+    const attempts = patiently("refining", (s) => source.optics(request, s), signal);
     for (;;) {
-      try {
-        const optics = await source.optics(optics_request(state), signal);
-        return { optics, complaint: kNoComplaint };
-      } catch (error) {
-        if (!(error instanceof BusyError)) throw error;
-        await pause(error.retry_after_ms, signal);
-      }
+      const { done, value } = await attempts.next();
+      if (done) return { optics: value, of: state, subject_m, complaint: kNoComplaint };
     }
   } catch (error) {
     return signal.aborted ? {} : { complaint: complaint_of(error) };
   }
 }
 
-/// The distances of the table: the fixed ones, the focused plane among them, and infinity.
-export function table_distances(state: PlaygroundState): Distance[] {
+/// The distances of the table: the fixed ones, the focused plane and the subject among them, and
+/// infinity.
+export function table_distances(state: PlaygroundState, subject_m: Distance): Distance[] {
   const focus = state.camera === "lens" ? state.focus_distance_m : "infinity";
-  const finite = focus === "infinity" ? kDistances_m : [...kDistances_m, focus];
+  const wanted = [...kDistances_m, focus, subject_m];
+  const finite = wanted.filter((distance): distance is number => distance !== "infinity");
   return [...[...new Set(finite)].sort((a, b) => a - b), "infinity"];
 }
 
-function optics_request(state: PlaygroundState): OpticsRequest {
+export function optics_request(state: PlaygroundState, subject_m: Distance): OpticsRequest {
   return {
     camera: camera_of(state),
-    image: kPictureSize,
-    object_distances_m: table_distances(state),
+    image: size_of(state),
+    object_distances_m: table_distances(state, subject_m),
   };
 }

@@ -1,48 +1,108 @@
 /// The way from a state to its picture: two previews, each quick beside what follows it, then the
-/// picture that was asked for.
-import { BusyError } from "./api_client.ts";
+/// picture that was asked for; and the layers that tell depth and blur at its pixels.
+import { BusyError, UnreachableError } from "./api_client.ts";
 import type { ApiClient, RenderedImage } from "./api_client.ts";
 import type { ImageSize, RenderReport, RenderRequest } from "./contract.ts";
+import type { Layer } from "./exr.ts";
 import { complaint_of, kNoComplaint } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
-import { camera_of } from "./state.ts";
+import { sensor_format } from "./sensor_formats.ts";
+import type { RenderProgress } from "./render_jobs.ts";
+import { camera_of, same_blur, same_view } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
-
-export const kPictureSize: ImageSize = { width: 960, height: 640 };
+import { told } from "./told.ts";
 
 interface Pass {
   activity: Activity;
-  size: ImageSize;
+  size: 0 | 1 | 2; // of the sensor format's
   least_error: number; // of max_error: more would be lost on so small a picture
   max_time_ms?: number;
+  layers: boolean;
+  progress: boolean; // worth to be told of
+  previews: boolean; // shown, where the server has some before the picture
 }
+const kFinalPass: Pass = {
+  activity: "refining",
+  size: 2,
+  least_error: 0,
+  layers: true,
+  progress: true,
+  previews: false, // smaller than what is there already
+};
 const kPasses: readonly Pass[] = [
-  { activity: "preview", size: { width: 240, height: 160 }, least_error: 0.05, max_time_ms: 120 },
-  { activity: "refining", size: { width: 480, height: 320 }, least_error: 0.03 },
-  { activity: "refining", size: kPictureSize, least_error: 0 },
+  {
+    activity: "preview",
+    size: 0,
+    least_error: 0.1,
+    max_time_ms: 50,
+    layers: false,
+    progress: false,
+    previews: false,
+  },
+  {
+    activity: "refining",
+    size: 1,
+    least_error: 0.03,
+    layers: true,
+    progress: true,
+    previews: true,
+  },
+  kFinalPass,
 ];
+/// A hand that drags gets its next preview before the picture is refined.
+const kRefinementDelay_ms = 80;
+const kFirstRetry_ms = 500;
+const kLastRetry_ms = 8000;
 
-export type Activity = "idle" | "preview" | "refining" | "waiting";
+/// waiting: the server has no room. away: it does not answer.
+export type Activity = "idle" | "preview" | "refining" | "waiting" | "away";
+
+/// What the server tells of each pixel of a picture.
+export interface Layers {
+  depth_m: Layer;
+  coc_px: Layer; // pixels of this layer's own raster, near negative
+}
 
 /// What the page knows of its picture. `image` shows the state `shown`; `report` is the newest that
-/// has come, of `image` if it has its id.
+/// has come, of `image` if it has its id; `layers` are of a picture of `layers_of`.
 export interface PictureView {
   activity: Activity;
+  since_ms: number; // of the activity, by performance.now()
+  progress: RenderProgress | undefined; // of the picture that was asked for, where it is told
   image: RenderedImage | undefined;
   shown: PlaygroundState | undefined;
   report: RenderReport | undefined;
+  layers: Layers | undefined;
+  layers_of: PlaygroundState | undefined;
   complaint: Complaint;
 }
+/// Layers as far as they hold for a picture; `blur_holds`: their blur does, not only their depth.
+export interface HeldLayers {
+  layers: Layers | undefined;
+  blur_holds: boolean;
+}
+
+/// What the layers of a view tell of the picture that it shows.
+export function held_layers({ layers, layers_of, shown }: PictureView): HeldLayers {
+  if (!layers_of || !shown || !same_view(layers_of, shown))
+    return { layers: undefined, blur_holds: false };
+  return { layers, blur_holds: same_blur(layers_of, shown) };
+}
+
 export const kNoPicture: PictureView = {
   activity: "idle",
+  since_ms: 0,
+  progress: undefined,
   image: undefined,
   shown: undefined,
   report: undefined,
+  layers: undefined,
+  layers_of: undefined,
   complaint: kNoComplaint,
 };
 
 /// The calls that a picture needs.
-export type PictureSource = Pick<ApiClient, "render" | "report">;
+export type PictureSource = Pick<ApiClient, "render" | "report" | "layer">;
 
 /// Yields what changes on the way. Ends early, saying nothing more, when `signal` aborts;
 /// an error becomes the last update.
@@ -52,16 +112,30 @@ export async function* picture_updates(
   signal: AbortSignal,
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
-    yield { complaint: kNoComplaint };
+    yield { complaint: kNoComplaint, progress: undefined };
     for (const pass of kPasses) {
       const { activity } = pass;
-      const request = render_request(state, pass);
-      const image = yield* patiently(activity, (s) => source.render(request, s), signal);
-      yield { image, shown: state };
+      const request = pass_request(state, pass);
+      const attempts = patiently(
+        activity,
+        (s, tell) => source.render(request, s, pass.progress ? tell : undefined),
+        signal,
+      );
+      let step = await attempts.next();
+      for (; !step.done; step = await attempts.next()) {
+        const preview = pass.previews ? image_of(step.value.progress) : undefined;
+        yield preview ? { ...step.value, image: preview, shown: state } : step.value;
+      }
+      const image = step.value;
+      yield { image, shown: state, progress: undefined };
+      if (pass.max_time_ms !== undefined) await pause(kRefinementDelay_ms, signal);
       // The server does not keep what was made against the clock, nor its report.
       if (image.id === "" || pass.max_time_ms !== undefined) continue;
       const report = yield* patiently(activity, (s) => source.report(image.id, s), signal);
       yield { report };
+      if (!pass.layers) continue;
+      const layers = yield* patiently(activity, (s) => layers_of(source, image.id, s), signal);
+      yield { layers, layers_of: state };
     }
     yield { activity: "idle" };
   } catch (error) {
@@ -69,34 +143,79 @@ export async function* picture_updates(
   }
 }
 
-/// Tries until the server has room, waiting as long as it asks.
-async function* patiently<Answer>(
+/// Tries until the server has room, waiting as long as it asks, and until it answers, waiting
+/// longer each time.
+export async function* patiently<Answer>(
   activity: Activity,
-  attempt: (signal: AbortSignal) => Promise<Answer>,
+  attempt: (signal: AbortSignal, tell: (progress: RenderProgress) => void) => Promise<Answer>,
   signal: AbortSignal,
 ): AsyncGenerator<Partial<PictureView>, Answer> {
+  let retry_ms = kFirstRetry_ms;
   for (;;) {
-    yield { activity };
+    yield { activity, since_ms: performance.now() };
     try {
-      return await attempt(signal);
+      const task = told<RenderProgress, Answer>((tell) => attempt(signal, tell));
+      for (;;) {
+        const { done, value } = await task.next();
+        if (done) return value;
+        signal.throwIfAborted();
+        yield { progress: value };
+      }
     } catch (error) {
-      if (!(error instanceof BusyError)) throw error;
-      yield { activity: "waiting" };
-      await pause(error.retry_after_ms, signal);
+      if (error instanceof BusyError) {
+        yield { activity: "waiting", since_ms: performance.now() };
+        await pause(error.retry_after_ms, signal);
+      } else if (error instanceof UnreachableError) {
+        yield { activity: "away", since_ms: performance.now() };
+        await pause(retry_ms, signal);
+        retry_ms = Math.min(2 * retry_ms, kLastRetry_ms);
+      } else throw error;
     }
   }
 }
 
-function render_request(state: PlaygroundState, pass: Pass): RenderRequest {
+/// A render's preview as a picture that the server does not keep.
+function image_of(progress: RenderProgress | undefined): RenderedImage | undefined {
+  const { preview, upper_95 } = progress ?? {};
+  if (preview === undefined) return undefined;
+  const error = new Map(upper_95 === undefined ? [] : [["upper_95", upper_95]]);
+  const timings_ms = new Map<string, number>();
+  return { id: "", method: "", error, picture: preview, round_trip_ms: 0, timings_ms };
+}
+
+async function layers_of(
+  source: PictureSource,
+  id: string,
+  signal: AbortSignal,
+): Promise<Layers> {
+  const [depth_m, coc_px] = await Promise.all([
+    source.layer(id, "depth", signal),
+    source.layer(id, "coc", signal),
+  ]);
+  return { depth_m, coc_px };
+}
+
+/// The request for the finished picture: what the address stands for.
+export function render_request(state: PlaygroundState): RenderRequest {
+  return pass_request(state, kFinalPass);
+}
+
+/// The finished picture's size.
+export function size_of(state: PlaygroundState): ImageSize {
+  return sensor_format(state.sensor).sizes[2];
+}
+
+function pass_request(state: PlaygroundState, pass: Pass): RenderRequest {
   const { size, least_error, max_time_ms } = pass;
   return {
     scene: state.scene,
     camera: camera_of(state),
-    image: { ...size, format: "png" },
+    image: { ...sensor_format(state.sensor).sizes[size], format: "png" },
     quality: {
       max_error: Math.max(least_error, state.max_error),
       ...(max_time_ms === undefined ? {} : { max_time_ms }),
     },
+    ...(pass.layers ? { outputs: ["color", "depth", "coc"] } : {}),
   };
 }
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { BusyError, RefusedError } from "./api_client.ts";
+import { BusyError, RefusedError, UnreachableError } from "./api_client.ts";
 import type { RenderedImage } from "./api_client.ts";
 import type { RenderReport, RenderRequest } from "./contract.ts";
 import { kNoPicture, picture_updates } from "./picture_updates.ts";
@@ -38,6 +38,7 @@ function source_with(...errors: Error[]) {
       return image_of(request);
     },
     report: async (id) => report_of(id),
+    layer: async () => ({ width: 1, height: 1, values: new Float32Array([2]) }),
   };
   return { source, requests };
 }
@@ -56,12 +57,12 @@ describe("picture updates", () => {
     expect(
       requests.map(({ image, quality }) => [image?.width, image?.height, quality?.max_error]),
     ).toEqual([
-      [240, 160, 0.05],
+      [240, 160, 0.1],
       [480, 320, 0.03],
       [960, 640, 0.01],
     ]);
     expect(requests.map(({ quality }) => quality?.max_time_ms)).toEqual([
-      120,
+      50,
       undefined,
       undefined,
     ]);
@@ -76,8 +77,8 @@ describe("picture updates", () => {
 
   it("never preview better than what was asked for", async () => {
     const { source, requests } = source_with();
-    await views(source, { ...kState, max_error: 0.06 }, new AbortController().signal);
-    expect(requests.map(({ quality }) => quality?.max_error)).toEqual([0.06, 0.06, 0.06]);
+    await views(source, { ...kState, max_error: 0.15 }, new AbortController().signal);
+    expect(requests.map(({ quality }) => quality?.max_error)).toEqual([0.15, 0.15, 0.15]);
   });
 
   it("wait as long as a busy server asks and try again", async () => {
@@ -86,6 +87,32 @@ describe("picture updates", () => {
     expect(requests).toHaveLength(5);
     expect(seen.filter(({ activity }) => activity === "waiting")).toHaveLength(2);
     expect(seen.at(-1)?.image?.id).toBe("960");
+  });
+
+  it("ask for depth and blur of what is kept, and say whose they are", async () => {
+    const { source, requests } = source_with();
+    const seen = await views(source, kState, new AbortController().signal);
+    expect(requests.map(({ outputs }) => outputs?.join())).toEqual([
+      undefined,
+      "color,depth,coc",
+      "color,depth,coc",
+    ]);
+    expect(seen.at(-1)).toMatchObject({ layers_of: kState });
+    expect(seen.at(-1)?.layers?.depth_m.values[0]).toBe(2);
+  });
+
+  it("say that the server is away, try again and go on where they were", async () => {
+    const { source, requests } = source_with(new UnreachableError("gone"));
+    const seen = await views(source, kState, new AbortController().signal);
+    expect(seen.some(({ activity }) => activity === "away")).toBe(true);
+    expect(requests).toHaveLength(4);
+    expect(seen.at(-1)).toMatchObject({ activity: "idle", image: { id: "960" } });
+  });
+
+  it("have the sensor's own shape", async () => {
+    const { source, requests } = source_with();
+    await views(source, { ...kState, sensor: "aps-c" }, new AbortController().signal);
+    expect(requests.map(({ image }) => image?.height)).toEqual([156, 312, 624]);
   });
 
   it("end with the faults of a refused request and without a second one", async () => {

@@ -19,7 +19,8 @@ export class ReportPanel extends LitElement {
         display: block;
       }
       :host([outdated]) .reasons {
-        opacity: 0.6;
+        padding-left: 0.6rem;
+        border-left: 3px dotted var(--control);
       }
       ul {
         margin: 0 0 1rem;
@@ -53,6 +54,7 @@ export class ReportPanel extends LitElement {
 
   private reasons_(report: RenderReport): TemplateResult {
     return html`
+      ${this.outdated ? html`<p class="muted">Of the picture before.</p>` : nothing}
       ${list("Effects", report.model.map(effect_text))}
       ${list(
         "Methods passed over",

@@ -30,6 +30,29 @@ export const kBaseStyles = css`
     color: var(--fault);
     font-size: 0.875rem;
   }
+  button,
+  a.button {
+    display: inline-block;
+    padding: 0.3rem 0.7rem;
+    border: 1px solid var(--control);
+    border-radius: var(--radius);
+    background: var(--panel);
+    color: var(--text);
+    font: inherit;
+    text-decoration: none;
+    cursor: pointer;
+  }
+  button:disabled {
+    color: var(--muted);
+    cursor: default;
+  }
+  button[aria-pressed="true"] {
+    background: var(--accent);
+    color: var(--on-accent);
+  }
+  [hidden] {
+    display: none;
+  }
   .number {
     font-variant-numeric: tabular-nums;
   }
@@ -117,6 +140,9 @@ export const kControlStyles = css`
   }
   .segments.two {
     --columns: 2;
+  }
+  .segments.three {
+    --columns: 3;
   }
   .segments.four {
     --columns: 4;

@@ -1,10 +1,13 @@
 import { describe, expect, it } from "vitest";
+import { chart_size, kSensorNames, sensor_format } from "./sensor_formats.ts";
 import {
   camera_of,
   distance_of,
   fragment_of,
   kDefaultState,
   number_of,
+  same_blur,
+  same_view,
   state_of,
 } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
@@ -79,5 +82,38 @@ describe("typed text", () => {
       expect(distance_of(text)).toBe("infinity");
     expect(distance_of("2")).toBe(2);
     expect(distance_of("far")).toBeUndefined();
+  });
+});
+
+describe("sensor formats", () => {
+  // The contract: |(height_mm / height) / (width_mm / width) - 1| * longer side <= 1e-3.
+  it("are divided into square pixels at every size, charts' too", () => {
+    for (const name of kSensorNames) {
+      const { sensor_mm, sizes } = sensor_format(name);
+      for (const { width, height } of [...sizes, chart_size(name)]) {
+        expect(Number.isInteger(width) && Number.isInteger(height), name).toBe(true);
+        const aspect = sensor_mm[1] / height / (sensor_mm[0] / width);
+        expect(Math.abs(aspect - 1) * Math.max(width, height), name).toBeLessThan(1e-3);
+      }
+    }
+  });
+});
+
+describe("exposure", () => {
+  it("is in the request only where pictures get darker or brighter", () => {
+    expect(camera_of(kLens)).not.toHaveProperty("exposure");
+    expect(camera_of({ ...kLens, exposure: "manual", shutter_step: 21, iso_step: 3 })).toMatchObject({
+      shutter_s: 2 ** -7,
+      exposure: { iso: 200 },
+    });
+  });
+});
+
+describe("what a layer holds for", () => {
+  it("is the same view for depth, and the same blur for blur", () => {
+    const closed = { ...kLens, f_stop: 20, max_error: 0.03 };
+    expect([same_view(kLens, closed), same_blur(kLens, closed)]).toEqual([true, false]);
+    expect(same_blur(kLens, { ...kLens, max_error: 0.03 })).toBe(true);
+    expect(same_view(kLens, { ...kLens, camera_z_m: 1 })).toBe(false);
   });
 });

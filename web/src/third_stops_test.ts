@@ -1,5 +1,14 @@
 import { describe, expect, it } from "vitest";
-import { f_number_of_step, kLastThirdStop, nominal_label, step_of_label } from "./third_stops.ts";
+import {
+  f_number_of_step,
+  kIsoSpeeds,
+  kLastThirdStop,
+  kShutterTimes,
+  moved_on,
+  nearest_step,
+  nominal_label,
+  step_of_label,
+} from "./third_stops.ts";
 
 const kSteps = Array.from({ length: kLastThirdStop + 1 }, (_, step) => step);
 
@@ -36,5 +45,26 @@ describe("third stops", () => {
     expect(step_of_label("5.7")).toBeUndefined();
     expect(() => f_number_of_step(37)).toThrow(RangeError);
     expect(() => nominal_label(0.5)).toThrow(RangeError);
+  });
+});
+
+describe("scales of time and speed", () => {
+  it("have the label that is nearest to the true value", () => {
+    const number = (label: string): number => {
+      const [above, below] = label.split("/").map(Number);
+      return (above ?? 0) / (below ?? 1);
+    };
+    for (const { labels, value } of [kShutterTimes, kIsoSpeeds])
+      labels.forEach((label, step) =>
+        expect(Math.abs(Math.log2(number(label) / value(step))), label).toBeLessThan(1 / 6),
+      );
+  });
+
+  it("find the step nearest to an f-number, and stop at their ends", () => {
+    expect(nearest_step(5.6)).toBe(15);
+    expect(nearest_step(0.1)).toBe(0);
+    expect(nearest_step(1000)).toBe(kLastThirdStop);
+    expect(moved_on(kIsoSpeeds, 0, -3)).toBe(0);
+    expect(moved_on(kIsoSpeeds, 0, 3)).toBe(3);
   });
 });

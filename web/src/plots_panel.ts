@@ -1,0 +1,235 @@
+import { LitElement, css, html, nothing } from "lit";
+import type { PropertyValues, TemplateResult } from "lit";
+import { customElement, property, state } from "lit/decorators.js";
+import type { ApiClient } from "./api_client.ts";
+import { StateChangeEvent } from "./changes.ts";
+import type { ChartReport, Distance } from "./contract.ts";
+import { complaint_of } from "./faults.ts";
+import { segments } from "./fields.ts";
+import { LatestTask } from "./latest_task.ts";
+import { patiently } from "./picture_updates.ts";
+import "./pinhole_row.ts";
+import "./plot.ts";
+import { blur_plot, chart_request, contrast_plot, pinhole_plot, speed_plot } from "./plot_data.ts";
+import type { PlotSpec } from "./plot_spec.ts";
+import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
+import { fragment_of, kDefaultState } from "./state.ts";
+import type { PlaygroundState } from "./state.ts";
+
+type Kind = "blur" | "contrast" | "pinhole" | "speed";
+const kWavelengths_nm = [450, 550, 650];
+const kPace = { rest_ms: 150, patience_ms: 600 };
+
+interface Question {
+  kind: Kind;
+  state: PlaygroundState;
+  subject_m: Distance;
+}
+
+/// Plots of the present camera, made anew when it changes; the slow one only when asked for.
+@customElement("fstop-plots")
+export class PlotsPanel extends LitElement {
+  @property({ attribute: false }) client: ApiClient | undefined;
+  @property({ attribute: false }) state: PlaygroundState = kDefaultState;
+  @property({ attribute: false }) subject_m: Distance = 1;
+
+  @state() private kind_: Kind = "blur";
+  @state() private plot_: PlotSpec | undefined;
+  @state() private of_ = "";
+  @state() private optimal_mm_ = 0;
+  @state() private chart_: ChartReport | undefined;
+  @state() private share_: number | undefined;
+  @state() private message_ = "";
+  private asked_ = "";
+
+  private readonly task_ = new LatestTask<Question>(async (question, signal) => {
+    await this.ask_(question, signal);
+  }, kPace);
+
+  static override styles = [
+    kBaseStyles,
+    kControlStyles,
+    css`
+      :host {
+        display: block;
+      }
+      progress {
+        width: min(20rem, 100%);
+        accent-color: var(--accent);
+      }
+      .dim {
+        padding-left: 0.6rem;
+        border-left: 3px dotted var(--control);
+      }
+      li {
+        margin-bottom: 0.3rem;
+      }
+    `,
+  ];
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.task_.stop();
+    this.asked_ = "";
+  }
+
+  override updated(changed: PropertyValues): void {
+    if (changed.has("state") || changed.has("subject_m") || changed.has("kind_")) this.follow_();
+  }
+
+  override render(): TemplateResult {
+    const shown = this.plot_ && this.of_.startsWith(this.kind_);
+    return html`<h2>Plots</h2>
+      ${segments(
+        "plot",
+        "",
+        [
+          { value: "blur", caption: "Blur by distance" },
+          { value: "contrast", caption: "Contrast (MTF)" },
+          { value: "pinhole", caption: "Pinhole size" },
+          { value: "speed", caption: "Speed and accuracy" },
+        ],
+        this.kind_,
+        (kind) => (this.kind_ = kind as Kind),
+      )}
+      ${this.kind_ === "pinhole" || this.kind_ === "contrast" ? this.wavelength_() : nothing}
+      ${this.kind_ === "speed" ? this.speed_controls_() : nothing}
+      <p class="fault" role="alert">${this.message_}</p>
+      ${
+        shown
+          ? html`<fstop-plot
+              class=${this.of_ === this.asked_ ? "" : "dim"}
+              .spec=${this.plot_}
+            ></fstop-plot>`
+          : this.kind_ === "speed"
+            ? nothing
+            : html`<p class="muted">Asking the server …</p>`
+      }
+      ${
+        this.kind_ === "pinhole" && this.optimal_mm_ > 0
+          ? html`<fstop-pinhole-row
+              .client=${this.client}
+              .state=${this.state}
+              .optimal_mm=${this.optimal_mm_}
+            ></fstop-pinhole-row>`
+          : nothing
+      }
+      ${this.kind_ === "speed" && this.chart_ ? this.reasons_(this.chart_) : nothing}`;
+  }
+
+  private wavelength_(): TemplateResult {
+    return segments(
+      "wavelength",
+      "Wavelength, nm",
+      kWavelengths_nm.map((value) => ({ value, caption: String(value) })),
+      this.state.wavelength_nm,
+      (wavelength_nm) => this.dispatchEvent(new StateChangeEvent({ wavelength_nm }, true)),
+    );
+  }
+
+  private speed_controls_(): TemplateResult {
+    const busy = this.share_ !== undefined;
+    return html`<p>
+      <button type="button" ?disabled=${busy} @click=${() => this.submit_()}>
+        Render by every method
+      </button>
+      ${
+        busy
+          ? html`<progress
+                max="1"
+                .value=${this.share_ ?? 0}
+                aria-label="Share of the renders that is done"
+              ></progress>
+              <button type="button" @click=${() => this.stop_()}>Stop</button>`
+          : html`<span class="muted">takes some seconds</span>`
+      }
+    </p>`;
+  }
+
+  /// Why the planner chose what it chose.
+  private reasons_({ picks, refused }: ChartReport): TemplateResult {
+    return html`${picks.map(
+        ({ max_error, method, passed_over, true_error, meets_target }) =>
+          html`<h3>For an error of ${max_error}: ${method}</h3>
+            <p>
+              True error ${true_error.rmse_at_most.toPrecision(2)}:
+              ${meets_target ? "within what was asked for." : "more than was asked for."}
+            </p>
+            <ul>
+              ${passed_over.map((other) => html`<li><b>${other.method}</b>: ${other.why}</li>`)}
+            </ul>`,
+      )}
+      ${refused.map(({ method, why }) => html`<p class="muted">${method} refuses: ${why}</p>`)}`;
+  }
+
+  private follow_(): void {
+    const key = this.key_();
+    if (key === this.asked_) return;
+    this.asked_ = key;
+    this.message_ = "";
+    if (this.kind_ === "speed") this.stop_();
+    else this.submit_();
+  }
+
+  private key_(): string {
+    return `${this.kind_} ${fragment_of(this.state)} ${this.subject_m}`;
+  }
+
+  private submit_(): void {
+    if (this.kind_ === "speed") this.share_ = 0;
+    this.task_.submit({ kind: this.kind_, state: this.state, subject_m: this.subject_m });
+  }
+
+  private stop_(): void {
+    this.task_.stop();
+    this.share_ = undefined;
+  }
+
+  private async ask_({ kind, state, subject_m }: Question, signal: AbortSignal): Promise<void> {
+    const { client } = this;
+    if (client === undefined) return;
+    const key = this.key_();
+    try {
+      const attempts = patiently(
+        "refining",
+        (s) => this.answer_(client, kind, state, subject_m, s),
+        signal,
+      );
+      for (;;) {
+        const { done, value } = await attempts.next();
+        if (done) {
+          this.plot_ = value;
+          this.of_ = key;
+          this.message_ = "";
+          break;
+        }
+        if (value.activity === "away") this.message_ = "The server does not answer; trying again.";
+      }
+    } catch (error) {
+      const { message, faults } = complaint_of(error);
+      if (!signal.aborted)
+        this.message_ = [message, ...faults.map(({ detail }) => detail)].join(" ");
+    } finally {
+      this.share_ = undefined;
+    }
+  }
+
+  private async answer_(
+    client: ApiClient,
+    kind: Kind,
+    state: PlaygroundState,
+    subject_m: Distance,
+    signal: AbortSignal,
+  ): Promise<PlotSpec> {
+    if (kind === "blur") return blur_plot(client, state, signal);
+    if (kind === "contrast") return contrast_plot(client, state, subject_m, signal);
+    if (kind === "speed") {
+      const on_progress = (share: number): void => void (this.share_ = share);
+      this.chart_ = await client.chart(chart_request(state), on_progress, signal);
+      return speed_plot(this.chart_);
+    }
+    const { plot, optimal_mm } = await pinhole_plot(client, state, subject_m, signal);
+    this.optimal_mm_ = optimal_mm;
+    return plot;
+  }
+}
