@@ -75,7 +75,7 @@ class Picture {
   // One sample a pixel in replicate A, and in B for a few blocks chosen blindly, which tell the
   // error.
   BlockCounts first_look(std::uint32_t seed) const {
-    constexpr std::uint32_t kOneIn = 8;
+    constexpr std::uint32_t kOneIn = 16;
     BlockCounts counts = uniform(1, 0);
     for (std::size_t block = 0; block < counts[1].size(); ++block) {
       const bool chosen = hash_of(seed, static_cast<std::uint32_t>(block)) % kOneIn == 0;
@@ -280,7 +280,7 @@ class Rounds {
 
   // Of the time that is left a round plans to use: rates scatter.
   static constexpr double kTimeShare = 0.9;
-  static constexpr double kFinishPasses = 4.0;
+  static constexpr double kFinishPasses = 6.0;
   static constexpr double kMostGrowth = 8.0;  // of a block's count in a round
 
   Picture& picture_;

@@ -135,7 +135,7 @@ namespace {
 // sample's variance, a sixteenth of the target's square over four samples. What is wanted in
 // a hurry has noise enough to hide more.
 float certain_light(const Shot& shot) {
-  constexpr double kInAHurry = 0.05;
+  constexpr double kInAHurry = 0.1;
   const QualitySpec& quality = shot.quality;
   const double value =
       quality.max_time_ms ? std::max(kInAHurry, quality.max_error) : quality.max_error;
