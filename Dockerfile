@@ -1,4 +1,8 @@
-# docker build --tag fstop . && docker run --rm --publish 8080:8080 fstop
+# docker build --tag fstop .
+# openssl rand -hex 32 > token && chmod 444 token
+# docker run --rm --publish 8080:8080 --volume "$PWD/token:/run/secrets/fstop-token:ro" fstop
+#
+# Whoever can reach the port needs the token: Authorization: Bearer TOKEN.
 
 FROM debian:12 AS build
 WORKDIR /src
@@ -29,4 +33,5 @@ EXPOSE 8080
 HEALTHCHECK --interval=10s --timeout=3s --start-period=20s \
   CMD ["/opt/fstop/bin/fstop", "probe", "--port", "8080"]
 ENTRYPOINT ["/opt/fstop/bin/fstop"]
-CMD ["serve", "--address", "0.0.0.0", "--port", "8080", "--data-dir", "/var/lib/fstop"]
+CMD ["serve", "--address", "0.0.0.0", "--port", "8080", "--data-dir", "/var/lib/fstop", \
+     "--token-file", "/run/secrets/fstop-token"]
