@@ -266,11 +266,13 @@ SandboxAnswer run_apart(const std::string& program, const std::vector<std::strin
     if (count > 0) result.output.append(buffer.data(), static_cast<std::size_t>(count));
   }
   // Whoever has closed its output is done, or is made so.
-  if (result.timed_out || result.output.size() > limits.answer_bytes) ::kill(process, SIGKILL);
+  const bool is_ended = result.timed_out || result.output.size() > limits.answer_bytes;
+  if (is_ended) ::kill(process, SIGKILL);
   int status = 0;
   while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
   }
   result.exit_code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  if (is_ended) result.exit_code = 128 + SIGKILL;  // even if it had just ended by itself
   return result;
 }
 

@@ -207,14 +207,27 @@ constexpr int kUnitTiles = 2;  // along the side of a unit of the certificate
 
 // What a row of units adds to the certificate.
 struct CertificateRow {
-  SquareSums total = {};  // variance + bias of each unit
-  double variance = 0.0;
-  double bias = 0.0;
+  SquareSums total = {};      // variance + bias of each unit
+  SquareSums variances = {};  // apart
+  SquareSums biases = {};
   double pixels = 0.0;
   using ByRadius = std::array<double, DefocusFilter::kLargestRadius + 1>;
   ByRadius raw = {};   // variance of the unfiltered picture
   ByRadius left = {};  // and of the filtered one
 };
+
+constexpr double kSharedUnits = 2.0;  // what neighbours share doubles their scatter
+constexpr double kManyUnits = 32.0;
+
+// Of so few units the bias is told badly: where its noise makes it negative, it must not hide the
+// variance. Each part has a bound of its own, the bias by Student's t of two degrees of freedom.
+double bound_of_few(const CertificateRow& all, double units) {
+  constexpr double kQuantile = 2.92;
+  const double mean = all.biases.mean(units);
+  const double scatter = std::max(0.0, all.biases.sum_of_squares / units - mean * mean);
+  const double bias = mean + kQuantile * std::sqrt(kSharedUnits * scatter / units);
+  return all.variances.upper_95(units, kSharedUnits) + std::max(0.0, bias);
+}
 
 // Sums over the values of a tile, one for each of a row's.
 struct TileSums {
@@ -276,7 +289,8 @@ FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a
     const int unit_row = std::min(taken * every + every / 2, unit_rows - 1);
     const int bottom = std::min(filter.rows(), (unit_row + 1) * kUnitTiles);
     for (int unit = 0; unit < unit_columns; ++unit) {
-      double squares = 0.0;
+      double variance_here = 0.0;
+      double bias_here = 0.0;
       const int right = std::min(filter.columns(), (unit + 1) * kUnitTiles);
       for (int row = unit_row * kUnitTiles; row < bottom; ++row) {
         for (int column = unit * kUnitTiles; column < right; ++column) {
@@ -288,19 +302,20 @@ FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a
           const double bias = TileSums::total(sums.bias);
           result.raw[radius] += 0.25 * TileSums::total(sums.raw);
           result.left[radius] += variance;
-          result.variance += variance;
-          result.bias += bias;
-          squares += variance + bias;
+          variance_here += variance;
+          bias_here += bias;
         }
       }
-      result.total.add(squares);
+      result.total.add(variance_here + bias_here);
+      result.variances.add(variance_here);
+      result.biases.add(bias_here);
     }
   });
   CertificateRow all;
   for (const CertificateRow& row : rows) {  // in order: sums never depend on the threads
     all.total.add(row.total);
-    all.variance += row.variance;
-    all.bias += row.bias;
+    all.variances.add(row.variances);
+    all.biases.add(row.biases);
     all.pixels += row.pixels;
     for (std::size_t r = 0; r < row.raw.size(); ++r) {
       all.raw[r] += row.raw[r];
@@ -310,9 +325,12 @@ FilterCertificate filter_certificate(const DefocusFilter& filter, const Image& a
   const double values = 3.0 * all.pixels;
   const double units = static_cast<double>(unit_columns) * static_cast<double>(rows.size());
   const double per_value = units / values;
-  FilterCertificate result{.variance = all.variance / values, .bias_squared = all.bias / values};
-  result.mse = std::max(0.0, per_value * all.total.mean(units));
-  result.mse_upper_95 = std::max(result.mse, per_value * all.total.upper_95(units, 2.0));
+  FilterCertificate result{.variance = all.variances.sum / values,
+                           .bias_squared = all.biases.sum / values};
+  result.mse = result.variance + std::max(0.0, result.bias_squared);
+  const double upper =
+      units < kManyUnits ? bound_of_few(all, units) : all.total.upper_95(units, kSharedUnits);
+  result.mse_upper_95 = std::max(result.mse, per_value * upper);
   for (std::size_t r = 0; r < all.raw.size(); ++r) {
     result.gain[r] = all.raw[r] > 0.0 ? all.left[r] / all.raw[r] : 1.0;
   }
