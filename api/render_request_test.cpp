@@ -128,6 +128,8 @@ TEST(RenderRequest, RefusesWithPointerLimitAndUnit) {
       {with("/camera/lens/f_number", "\"2\""), "#/camera/lens/f_number", "got string"},
       {with("/camera/lens/f_number", "\"NaN\""), "#/camera/lens/f_number", "got string"},
       {with("/camera/lens/focus_distance_m", "0.05"), "#/camera/lens/focus_distance_m", "50 mm"},
+      {with("/camera/lens/focus_distance_m", "0.05000001"), "#/camera/lens/focus_distance_m",
+       "by a millionth"},
       {with("/camera/lens/focus_distance_m", "0.03"), "#/camera/lens/focus_distance_m", "exceed"},
       {with("/camera/lens/focus_distance_m", "-2"), "#/camera/lens/focus_distance_m", "0.01 m"},
       {with("/camera/lens/focus_distance_m", "\"Infinity\""), "#/camera/lens/focus_distance_m",

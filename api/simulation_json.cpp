@@ -41,6 +41,10 @@ std::vector<Named<double>> criterion_coefficients() {
   return words;
 }
 
+// Of the focal length, by which the focused plane lies beyond it. Magnifications over a million
+// turn roundings of the scene into whole pictures.
+constexpr double kLeastBeyond = 1e-6;
+
 LensSpec read_lens(ObjectReader& lens) {
   LensSpec spec;
   spec.lens.focal_length = lens.length("focal_length_mm", 1.0_mm, 2.0_m, 50.0_mm);
@@ -49,6 +53,11 @@ LensSpec read_lens(ObjectReader& lens) {
   if (lens.clean() && spec.focus_distance <= spec.lens.focal_length) {
     lens.fault("focus_distance_m", "must exceed focal_length_mm, " +
                                        unit_of_suffix("_mm").text(spec.lens.focal_length));
+  } else if (lens.clean() &&
+             spec.focus_distance - spec.lens.focal_length < spec.lens.focal_length * kLeastBeyond) {
+    lens.fault("focus_distance_m",
+               "must exceed focal_length_mm by a millionth of it: the image would lie beyond a "
+               "million focal lengths");
   }
   spec.aperture.blades = static_cast<int>(lens.integer("blades", 0, kMostBlades, 0));
   if (spec.aperture.blades == 1 || spec.aperture.blades == 2) {

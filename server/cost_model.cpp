@@ -67,7 +67,7 @@ api::CostPrediction CostModel::predict(const SimulationSpec& spec,
   api::CostPrediction cost;
   cost.samples = pixels * samples;
   cost.cpu_s = kOnce_s + 1e-9 * cost.samples * std::exp(memory.log_sample_ns);
-  if (quality.max_time_ms)
+  if (quality.max_time_ms && !quality.samples)  // a forced count takes its time
     cost.cpu_s = std::min(cost.cpu_s, 1e-3 * *quality.max_time_ms * threads_);
   cost.wall_s = cost.cpu_s / threads_;
   const bool may_be_waves = quality.method == "auto" || quality.method == "wave";

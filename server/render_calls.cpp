@@ -181,7 +181,7 @@ void RenderCalls::refuse_what_costs_too_much(const RenderTask& task) const {
   const auto most_s = std::chrono::duration<double>(services_.limits.render_time).count();
   const auto most_bytes = static_cast<double>(services_.limits.render_bytes);
   const QualitySpec& quality = task.request->spec.quality;
-  const bool takes_too_long = quality.samples && !quality.max_time_ms && task.cost.wall_s > most_s;
+  const bool takes_too_long = quality.samples && task.cost.wall_s > most_s;
   if (!takes_too_long && task.cost.memory_bytes <= most_bytes) return;
   const std::string detail =
       takes_too_long

@@ -79,7 +79,9 @@ RenderOutcome render_exactly(const PassSeries& series, std::uint32_t samples,
   if (power == 1) {
     trace(1);
     runner.warn("one sample a pixel: the noise cannot be told");
-    return runner.finish();
+    RenderOutcome outcome = runner.finish();
+    outcome.noise = {.mse = 1.0, .mse_upper_95 = 1.0, .unclipped_mse_upper_95 = 1.0, .energy = 1.0};
+    return outcome;
   }
   trace(power / 2);
   trace(power / 2);

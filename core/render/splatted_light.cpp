@@ -84,11 +84,17 @@ void SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& fi
                           const RunControl& run) {
   if (source_.choice.emitters.empty()) return;
   // Nets need a small part of what independent points do.
-  for (double scale = 1.0 / 64.0;; scale *= 4.0) {
+  const auto points_of = [](const std::vector<SplatRange>& all) {
+    double points = 0.0;
+    for (const SplatRange& range : all) points += double(kReplicates) * range.count;
+    return points;
+  };
+  double first = 1.0 / 64.0;
+  while (first > 1e-12 && points_of(ranges(goal_mse, first)) > most_points) first *= 0.25;
+  for (double scale = first;; scale *= 4.0) {
     const std::vector<SplatRange> next = ranges(goal_mse, scale);
     const double mse = splat_once(next, film, run);
-    double points = 0.0;
-    for (const SplatRange& range : next) points += double(kReplicates) * range.count;
+    const double points = points_of(next);
     const bool all_full = std::ranges::all_of(
         next, [](const SplatRange& range) { return range.count >= kMostPoints; });
     if (mse <= goal_mse || all_full || 4.0 * points > most_points) return;

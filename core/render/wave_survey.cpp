@@ -15,6 +15,12 @@ constexpr double kFineEdge = 0.05;
 constexpr std::size_t kMostSeen = 200'000;
 constexpr double kMargin = 2.0;  // px: a pixel's own width on both sides
 
+// `at`, any double, as a whole number from 0 to `end`; `unknown` for NaN.
+int pixel_in(double at, int end, int unknown) {
+  if (std::isnan(at)) return unknown;
+  return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(end)));
+}
+
 int light_reach(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics) {
   const double halo = 13.0 * optics.q() * std::sqrt(0.01 / shot.quality.max_error);
   const double wanted = 0.5 * facts.largest_blur_px + halo + kMargin;
@@ -95,7 +101,7 @@ class TileReach {
       for (int column = 0; column < columns_; ++column) {
         const double reach = reach_[static_cast<std::size_t>(row * columns_ + column)];
         if (reach <= 0.0) continue;
-        const int span = static_cast<int>(std::ceil(reach / kTile));
+        const int span = pixel_in(std::ceil(reach / kTile), columns_ + rows_, columns_ + rows_);
         for (int y = std::max(0, row - guard - span);
              y <= std::min(frame_rows - 1, row - guard + span); ++y) {
           for (int x = std::max(0, column - guard - span);
@@ -176,12 +182,14 @@ bool something_before(const WaveSurvey& survey, const WaveOptics& optics,
     widest = std::max(widest, std::abs(optics.disc_px(defocus) - own));
   }
   const double reach = 0.5 * kFarthestCorner * widest + room;
-  const auto from = [&](double middle) { return static_cast<int>(std::max(0.0, middle - reach)); };
-  const auto to = [&](double middle, int end) {
-    return static_cast<int>(std::clamp(middle + reach + 1.0, 0.0, double(end)));
-  };
-  for (int y = from(emitter.raster.y); y < to(emitter.raster.y, survey.sensor.height); ++y) {
-    for (int x = from(emitter.raster.x); x < to(emitter.raster.x, survey.sensor.width); ++x) {
+  // Emitters and reaches may be any number of pixels away or wide, or infinite.
+  const auto from = [&](double middle, int end) { return pixel_in(middle - reach, end, 0); };
+  const auto to = [&](double middle, int end) { return pixel_in(middle + reach + 1.0, end, end); };
+  const Sensor& sensor = survey.sensor;
+  for (int y = from(emitter.raster.y, sensor.height); y < to(emitter.raster.y, sensor.height);
+       ++y) {
+    for (int x = from(emitter.raster.x, sensor.width); x < to(emitter.raster.x, sensor.width);
+         ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(survey.sensor.width) +
                      static_cast<std::size_t>(x);
       // Nearer is more defocused towards positive U; NaN is darkness.
@@ -281,8 +289,8 @@ VisibilityMask visibility_mask(const WaveSurvey& survey, const WaveOptics& optic
     const bool is_beyond = nodes.place(optics.defocus(emitter.depth)).first < 0;
     const bool is_hidden = something_before(survey, optics, emitter);
     if (!is_beyond && !is_hidden) continue;
-    const int x = std::clamp(static_cast<int>(emitter.raster.x), 0, survey.sensor.width - 1);
-    const int y = std::clamp(static_cast<int>(emitter.raster.y), 0, survey.sensor.height - 1);
+    const int x = pixel_in(emitter.raster.x, survey.sensor.width - 1, 0);
+    const int y = pixel_in(emitter.raster.y, survey.sensor.height - 1, 0);
     const double away = std::hypot(x - emitter.raster.x, y - emitter.raster.y);
     const double wide = kFarthestCorner * emitter.blur_px + emitter.sharp_px;
     others.widen(x, y, 0.5 * wide + away + kMargin);
