@@ -5,8 +5,7 @@
 #include <charconv>
 #include <utility>
 
-#include <boost/beast/core/string.hpp>
-
+#include "server/header_list.h"
 #include "server/static_files.h"
 
 namespace fstop::server {
@@ -15,24 +14,6 @@ namespace {
 constexpr std::array kFormats = {ImageFormat::png, ImageFormat::jpeg, ImageFormat::webp,
                                  ImageFormat::tiff, ImageFormat::exr};
 constexpr std::string_view kReportType = "application/json";
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
-// Cuts off and returns what stands before the next `mark`.
-std::string_view next_part(std::string_view& list, char mark) {
-  const std::size_t end = list.find(mark);
-  const std::string_view part = list.substr(0, end);
-  list = end == std::string_view::npos ? std::string_view() : list.substr(end + 1);
-  return trimmed(part);
-}
-
-bool equal(std::string_view a, std::string_view b) {
-  return boost::beast::iequals({a.data(), a.size()}, {b.data(), b.size()});
-}
 
 double quality_of(std::string_view parameters) {
   while (!parameters.empty()) {

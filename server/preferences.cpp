@@ -4,35 +4,18 @@
 #include <charconv>
 #include <cstdint>
 
-#include <boost/beast/core/string.hpp>
+#include "server/header_list.h"
 
 namespace fstop::server {
 namespace {
 
 constexpr std::size_t kLongestKey = 255;
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
-std::string_view next_part(std::string_view& list, char mark) {
-  const std::size_t end = list.find(mark);
-  const std::string_view part = list.substr(0, end);
-  list = end == std::string_view::npos ? std::string_view() : list.substr(end + 1);
-  return trimmed(part);
-}
-
 std::optional<std::uint32_t> number(std::string_view text) {
   std::uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || error != std::errc() || end != text.data() + text.size()) return {};
   return value;
-}
-
-bool equal(std::string_view a, std::string_view b) {
-  return boost::beast::iequals({a.data(), a.size()}, {b.data(), b.size()});
 }
 
 void note(Preferences& preferences, std::string_view applied) {
