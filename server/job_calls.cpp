@@ -144,10 +144,18 @@ asio::awaitable<Reply> JobCalls::preview(Call& call) {
   const ImageFormat format = query.contains("format") ? format_of(query.at("format"))
                                                       : *negotiated(call.request.header("Accept"),
                                                                     ImageFormat::png, false);
+  if (job->state == Job::State::done) {  // since the reader was told of a preview, say
+    Reply reply{.status = http::status::see_other};
+    reply.set("Location",
+              "/v1/jobs/" + job->name + "/image?format=" + std::string(format_name(format)));
+    reply.set("Vary", "Accept");
+    reply.set("Cache-Control", "no-store");
+    co_return reply;
+  }
   const Progress::State progress = job->progress();
   if (!progress.preview) {
     throw Refusal(http::status::not_found, "not-found",
-                  "there is no preview: the render has not begun, has ended or shows none");
+                  "there is no preview: the render has not begun, has failed or shows none");
   }
   const auto encode_now = [&] {
     const Picture picture{.layers = {{{"R", "G", "B"}, *progress.preview}}};

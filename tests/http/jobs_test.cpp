@@ -116,6 +116,11 @@ TEST_F(Jobs, ProgressTellsPlaceFractionAndErrorAndShowsAPreview) {
       get("/v1/jobs/" + running + "/preview", {{"If-None-Match", preview.header("etag")}}).status,
       304);
   EXPECT_EQ(get("/v1/jobs/" + running + "/preview?size=1").status, 400);
+  server_.renders.let_go();
+  ASSERT_TRUE(becomes(running, "done"));
+  const Answer late = get("/v1/jobs/" + running + "/preview?number=1", {{"Accept", "image/webp"}});
+  EXPECT_EQ(late.status, 303) << "who was told of a preview comes too late for it";
+  EXPECT_EQ(get(late.header("location")).header("content-type"), "image/webp");
 }
 
 TEST(JobPlaces, QueuedJobsTellTheirPlace) {
