@@ -20,6 +20,7 @@ fstop_test(diffraction_test LABEL unit
            LINK fstop_optics fstop_oracle)
 
 fstop_test(sampling_test LABEL unit SOURCES sampling/lane_sequence_test.cpp
+           sampling/patterns_test.cpp
            sampling/sequence_test.cpp sampling/warp_test.cpp
            LINK fstop_sampling fstop_oracle)
 
@@ -34,7 +35,8 @@ fstop_test(film_test LABEL unit SOURCES film/film_test.cpp film/replicate_film_t
 
 fstop_test(scene_test LABEL unit
            SOURCES scene/emitters_test.cpp scene/lane_surfaces_test.cpp scene/ray_scene_test.cpp
-                   scene/texture_test.cpp
+                   scene/texture_filters_test.cpp scene/texture_test.cpp
+                   scene/vertex_normals_test.cpp
            LINK fstop_scene)
 
 fstop_test(block_test LABEL unit

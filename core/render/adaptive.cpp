@@ -30,9 +30,9 @@ double ms_since(Clock::time_point start) {
 // The picture under way: both replicates' sources and their film.
 class Picture {
  public:
-  Picture(const SampleSource& source, BlockGrid grid, std::uint32_t seed, const RunControl& run)
-      : sources_{with_sequence(source, SampleSequence(seed)),
-                 with_sequence(source, SampleSequence(hash_of(seed, kSecondReplicate)))},
+  Picture(const SampleSource& source, BlockGrid grid, const Shot& shot, const RunControl& run)
+      : patterns_{tables_of(shot, 0), tables_of(shot, 1)},
+        sources_{with_sequence(source, shot, 0), with_sequence(source, shot, 1)},
         film_(std::move(grid)),
         run_(run) {}
 
@@ -106,8 +106,20 @@ class Picture {
     std::uint64_t samples = 0;
   };
 
-  static SampleSource with_sequence(SampleSource source, const SampleSequence& sequence) {
-    source.sequence = sequence;
+  static std::uint32_t seed_of(const Shot& shot, int replicate) {
+    return replicate == 0 ? shot.seed : hash_of(shot.seed, kSecondReplicate);
+  }
+  // A pattern is one of all samples that the replicate will have.
+  static std::optional<PatternTables> tables_of(const Shot& shot, int replicate) {
+    const QualitySpec& quality = shot.quality;
+    if (!quality.sampling.any() || !quality.samples) return {};
+    const int samples = (*quality.samples + 1 - replicate) / 2;
+    if (samples < 1) return {};
+    return PatternTables(quality.sampling, samples, seed_of(shot, replicate));
+  }
+  SampleSource with_sequence(SampleSource source, const Shot& shot, int replicate) const {
+    const auto& tables = patterns_[static_cast<std::size_t>(replicate)];
+    source.sequence = SampleSequence(seed_of(shot, replicate), tables ? &*tables : nullptr);
     return source;
   }
 
@@ -128,6 +140,7 @@ class Picture {
     return counted;
   }
 
+  std::array<std::optional<PatternTables>, kReplicates> patterns_;
   std::array<SampleSource, kReplicates> sources_;
   ReplicateFilm film_;
   const RunControl& run_;
@@ -338,7 +351,7 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
                                   const AdaptiveMeans& means, const RunControl& run) {
   BlockGrid grid(source.sensor.width, source.sensor.height);
   if (means.interleaved != nullptr) grid.interleaved = *means.interleaved;
-  Picture picture(source, std::move(grid), shot.seed, run);
+  Picture picture(source, std::move(grid), shot, run);
   std::optional<SplattedLight> light;
   if (means.splats != nullptr) {
     light.emplace(*means.splats);

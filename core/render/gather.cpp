@@ -120,6 +120,7 @@ EffectLoss defocus_of(const Certificate& certificate) {
 }  // namespace
 
 Quote Gather::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
   if (shot.effects.diffraction == EffectChoice::on) {
     return {.refusal = "blurs by geometry, which shows no diffraction: wave does"};
   }

@@ -50,6 +50,7 @@ Quote LensReconstruction::quote(const Shot& shot, const ShotFacts& facts) const 
   if (facts.largest_blur_px * kLeastShare < 1.0) {
     return {.refusal = "no blur disc is wide enough to share samples within"};
   }
+  if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
   // The pilot decides whether to share; looking costs some pixel operations.
   quote.cost_rays *= 1.0 - 0.5 * facts.blurred_share;
   quote.cost_rays += 2.0 * facts.pixel_count;
@@ -68,6 +69,7 @@ Quote BokehSplatting::quote(const Shot& shot, const ShotFacts& facts) const {
   if (facts.emitters_splatted == 0) {
     return {.refusal = "no small emitter brighter than white lies before this camera"};
   }
+  if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
   ShotFacts rest = facts;
   rest.emitters_splatted = 0;
   Quote quote = LensSampling().quote(shot, rest);

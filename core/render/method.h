@@ -47,7 +47,7 @@ struct ShotFacts {
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
   bool forks = false;            // one surface both reflects and transmits
   bool area_lights = false;
-  bool mip_maps = false;
+  bool averages_texels = false;  // lookups in some texture
   /// Tiles of kTile pixels a side, row by row: nonzero where all that the probe found in and around
   /// them is blurred over several pixels.
   std::vector<std::uint8_t> soft_tiles = {};
@@ -78,6 +78,9 @@ struct Quote {
   ErrorBound error = {};
   double cost_rays = 0.0;  // in traced rays, constants fixed: a plan never depends on the host
 };
+
+/// Why methods refuse shots whose samples follow a pattern.
+inline constexpr const char* kSequenceAlone = "takes its samples from the default sequence alone";
 
 /// How samples were shared between pixels.
 struct SharedSamples {

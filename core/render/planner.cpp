@@ -33,7 +33,9 @@ std::string shortfall(const Quote& quote, double max_error) {
               std::string(loss.modelled ? "models with an error " : "leaves out ") + loss.effect +
               " (" + loss.why + ")";
   }
-  return reason + ": bound " + rounded(quote.error.rmse) + " of the target " + rounded(max_error);
+  return reason + ": bound " + rounded(quote.error.rmse) + ", while at most " +
+         rounded(kOmissionShare * max_error) + " may be left out of a target of " +
+         rounded(max_error);
 }
 
 std::string explained(const std::vector<PassedOverMethod>& passed_over) {

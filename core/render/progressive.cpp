@@ -158,7 +158,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .exposure = static_cast<float>(exposure_of(shot.camera)),
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
           .certain_light = certain_light(shot),
-          .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality.max_error))};
+          .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality))};
 }
 
 std::vector<EffectLoss> omitted_diffraction(const Shot& shot, const ShotFacts& facts) {

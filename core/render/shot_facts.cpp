@@ -15,6 +15,12 @@
 namespace fstop {
 namespace {
 
+// Whether a lookup averages over a width, so that detail is lost.
+bool averages(TextureFilter filter) {
+  return filter == TextureFilter::mipmap || filter == TextureFilter::summed_area ||
+         filter == TextureFilter::stochastic;
+}
+
 constexpr double kProbeRays = 20000.0;
 constexpr double kWideBlur = 6.0;  // px
 
@@ -262,7 +268,7 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
     facts.area_lights = facts.area_lights || std::holds_alternative<AreaLight>(light.kind);
   }
   for (const TextureSource& texture : scene.textures) {
-    facts.mip_maps = facts.mip_maps || texture.filter == TextureFilter::mipmap;
+    facts.averages_texels = facts.averages_texels || averages(texture.filter);
   }
   const EmitterChoice choice =
       emitter_choice(*shot.scene, camera_of(shot.camera, shot.sensor), exposure_of(shot.camera));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "core/render/shot_facts.h"
 #include "core/render/texture_detail.h"
 #include "core/render/wave.h"
+#include "core/shading/material.h"
 
 namespace fstop {
 namespace {
@@ -27,6 +29,12 @@ constexpr std::array<std::pair<Output, std::string_view>, 6> kOutputNames = {
      {Output::all_in_focus, "all_in_focus"},
      {Output::variance, "variance"},
      {Output::normal, "normal"}}};
+
+std::string width_text(const QualitySpec& quality) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", texture_lookup_width(quality));
+  return text;
+}
 
 Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
   return {.scene = scene,
@@ -141,7 +149,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   MethodPlan plan = planned_method(render_methods(), shot, facts);
 
   const double expected_detail =
-      facts.mip_maps ? kTextureDetailShare * spec.quality.max_error : 0.0;
+      facts.averages_texels ? kTextureDetailShare * spec.quality.max_error : 0.0;
   const double expected_bias = plan.quote.error.rmse + facts.branch_error + expected_detail;
   RenderOutcome outcome = plan.method->render(shot, facts, expected_bias, run);
   if (outcome.effects) plan.quote.error.effects = *outcome.effects;
@@ -162,13 +170,13 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   }
   double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += facts.branch_error;
-  if (facts.mip_maps) {
+  if (facts.averages_texels) {
     const double detail =
-        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality.max_error), run);
+        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality), run);
     report.model.push_back({.effect = "texture detail",
                             .modelled = false,
                             .bound = detail,
-                            .why = "each sample averages a fraction of a pixel of its mip map"});
+                            .why = "each lookup averages " + width_text(spec.quality) + " px"});
     bias += detail;
   }
   if (outcome.shared) {
@@ -215,6 +223,11 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                  .samples_mean = outcome.samples_mean,
                  .samples_max = outcome.samples_max};
   report.warnings = std::move(plan.warnings);
+  std::ranges::move(material_warnings(scene.scene()), std::back_inserter(report.warnings));
+  if (spec.halftone) {
+    report.warnings.push_back(
+        "the error is that of the picture before halftoning, which EXR and TIFF files hold");
+  }
   std::ranges::move(outcome.warnings, std::back_inserter(report.warnings));
   if (facts.forks) {
     report.warnings.push_back(

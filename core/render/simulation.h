@@ -11,6 +11,8 @@
 #include "core/camera/optical_summary.h"
 #include "core/film/image.h"
 #include "core/parallel.h"
+#include "core/post/halftone.h"
+#include "core/sampling/patterns.h"
 #include "core/scene/ray_scene.h"
 
 namespace fstop {
@@ -31,8 +33,10 @@ struct QualitySpec {
   double max_error = 0.01;  // RMSE against the full model, linear, values clipped to [0,1]
   std::optional<double> max_time_ms = {};
   std::string method = "auto";
-  std::optional<int> samples = {};            // per pixel; overrides max_error
-  std::int64_t most_samples = 2'000'000'000;  // over all pixels; max_error stops there, warned
+  std::optional<int> samples = {};              // per pixel; overrides max_error
+  PatternChoice sampling = {};                  // others than the default need `samples`
+  std::optional<double> texture_width_px = {};  // of one lookup; absent: as max_error allows
+  std::int64_t most_samples = 2'000'000'000;    // over all pixels; max_error stops there, warned
 };
 
 /// One photograph as it is asked for, the scene apart.
@@ -44,6 +48,7 @@ struct SimulationSpec {
   EffectChoices effects = {};
   std::vector<Output> outputs = {Output::color};
   std::uint32_t seed = 0;
+  std::optional<HalftoneSpec> halftone = {};  // of files of 8 bits, made from the finished picture
 };
 
 /// An effect of the full model: in the image, or left out with what that changes at most.

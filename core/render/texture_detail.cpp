@@ -7,8 +7,9 @@
 
 namespace fstop {
 
-double texture_lookup_width(double max_error) {
-  return 0.125 * std::sqrt(std::min(1.0, max_error / 0.01));
+double texture_lookup_width(const QualitySpec& quality) {
+  if (quality.texture_width_px) return *quality.texture_width_px;
+  return 0.125 * std::sqrt(std::min(1.0, quality.max_error / 0.01));
 }
 
 double texture_detail_rmse(const Image& image, double width, const RunControl& run) {

@@ -2,13 +2,15 @@
 
 #include "core/film/image.h"
 #include "core/parallel.h"
+#include "core/render/simulation.h"
 
 namespace fstop {
 
 /// Width in pixels that one sample's texture lookup averages over. The pixel's own average is
 /// made of many samples; the narrower each lookup, the smaller the extra blur, which falls with
-/// the width's square: an eighth of a pixel at max_error 0.01, less for smaller errors.
-double texture_lookup_width(double max_error);
+/// the width's square: an eighth of a pixel at max_error 0.01, less for smaller errors; or what
+/// the request says.
+double texture_lookup_width(const QualitySpec& quality);
 
 /// Share of max_error that texture_detail_rmse mostly stays below, whatever max_error: 1/512 of an
 /// rms Laplacian of 0.5, at 0.01.

@@ -326,6 +326,7 @@ double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double la
 }  // namespace
 
 Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
   Quote quote;
   if (shot.effects.diffraction == EffectChoice::off) {
     quote.refusal = "models diffraction, which is switched off";

@@ -1,5 +1,6 @@
 #include "core/sampling/sequence.h"
 
+#include "core/sampling/patterns.h"
 #include "core/simd.h"
 
 namespace fstop {
@@ -129,6 +130,36 @@ FSTOP_AVX512 void scramble_all_wide(const LaneWords& bits, const LaneWords& pixe
   scramble_all(bits, pixels, stream, values);
 }
 
+// Which coordinate of a pattern a dimension is.
+struct PatternAxis {
+  PatternTables::Pair pair = PatternTables::Pair::pixel;
+  int axis = 0;
+};
+
+// Null where the dimension has no pattern.
+const PatternTables* tables_for(const PatternTables* patterns, std::size_t dimension,
+                                PatternAxis& place) {
+  using Pair = PatternTables::Pair;
+  if (patterns == nullptr) return nullptr;
+  switch (static_cast<Dimension>(dimension)) {
+    case Dimension::lens_u:
+    case Dimension::lens_v:
+      place = {Pair::lens, static_cast<Dimension>(dimension) == Dimension::lens_v ? 1 : 0};
+      break;
+    case Dimension::pixel_x:
+    case Dimension::pixel_y:
+      place = {Pair::pixel, static_cast<Dimension>(dimension) == Dimension::pixel_y ? 1 : 0};
+      break;
+    case Dimension::time:
+      place = {Pair::time, 0};
+      break;
+    case Dimension::light_u:
+    case Dimension::light_v:
+      return nullptr;
+  }
+  return patterns->has(place.pair) ? patterns : nullptr;
+}
+
 }  // namespace
 
 std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
@@ -138,6 +169,13 @@ std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
 void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
                           LaneValues& values) const noexcept {
   const auto d = static_cast<std::size_t>(dimension);
+  PatternAxis place;
+  if (const PatternTables* tables = tables_for(patterns_, d, place)) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      values[i] = tables->value(place.pair, place.axis, keys.pixel[i], keys.index[i]);
+    }
+    return;
+  }
   const std::uint32_t stream = hash_of(seed_, static_cast<std::uint32_t>(d));
   alignas(64) LaneWords bits;
   for (std::size_t i = 0; i < kLanes; ++i) bits[i] = sobol_bits(d, keys.index[i]);
@@ -154,11 +192,26 @@ float SampleSequence::decision(std::uint32_t stream, std::uint32_t index) const 
 LaneSequence::LaneSequence(const SampleSequence& sequence, Dimension dimension,
                            const LaneWords& pixels) noexcept
     : dimension_(static_cast<std::size_t>(dimension)) {
+  PatternAxis place;
+  patterns_ = tables_for(sequence.patterns_, dimension_, place);
+  if (patterns_ != nullptr) {
+    keys_ = pixels;
+    return;
+  }
   const std::uint32_t stream = hash_of(sequence.seed_, static_cast<std::uint32_t>(dimension));
   for (std::size_t i = 0; i < kLanes; ++i) keys_[i] = stream_key(stream, pixels[i]);
 }
 
 void LaneSequence::fill(std::uint32_t index, LaneFloats& values) const noexcept {
+  if (patterns_ != nullptr) {
+    PatternAxis place;
+    tables_for(patterns_, dimension_, place);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const double value = patterns_->value(place.pair, place.axis, keys_[i], index);
+      values[i] = static_cast<float>(static_cast<std::int32_t>(value * 0x1p24)) * 0x1p-24F;
+    }
+    return;
+  }
   const std::uint32_t bits = sobol_bits(dimension_, index);
   if (has_avx512()) return scramble_one_wide(bits, keys_, values);
   scramble_one(bits, keys_, values);

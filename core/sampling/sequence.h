@@ -26,15 +26,19 @@ using LaneValues = std::array<double, kLanes>;
 using LaneFloats = std::array<float, kLanes>;
 using LaneWords = std::array<std::uint32_t, kLanes>;
 
+class PatternTables;
+
 /// Points of the Sobol sequence, nested-uniformly scrambled (Owen) by a hash of
 /// (seed, pixel, dimension): a sample is a pure function of its key, so an image never depends
 /// on the order or the threads it was computed in. Any 2^k consecutive aligned indices of a
-/// pixel are a digital net of their own.
+/// pixel are a digital net of their own. Dimensions that `patterns` has come from there instead.
 /// Source: Sobol 1967 with the direction numbers of Joe & Kuo 2008; Owen 1995; the hashed
 ///         scramble of Laine & Karras 2011 as improved by Burley 2020, constants by Vegdahl 2021.
 class SampleSequence {
  public:
-  explicit SampleSequence(std::uint32_t seed) noexcept : seed_(seed) {}
+  /// `patterns`: null, or tables that outlive the sequence.
+  explicit SampleSequence(std::uint32_t seed, const PatternTables* patterns = nullptr) noexcept
+      : seed_(seed), patterns_(patterns) {}
 
   /// Fills `values` with coordinate `dimension` of the samples `keys`.
   void fill(const SampleKeys& keys, Dimension dimension, LaneValues& values) const noexcept;
@@ -46,6 +50,7 @@ class SampleSequence {
  private:
   friend class LaneSequence;
   std::uint32_t seed_;
+  const PatternTables* patterns_;
 };
 
 /// One dimension of kLanes pixels' sequences, each pixel's scramble prepared once for many samples.
@@ -60,6 +65,8 @@ class LaneSequence {
  private:
   alignas(64) LaneWords keys_ = {};
   std::size_t dimension_;
+  // Where the dimension has a pattern: keys_ are the pixels.
+  const PatternTables* patterns_ = nullptr;
 };
 
 /// A 32-bit word that looks random and depends on every bit of both arguments.

@@ -48,6 +48,10 @@ struct Material {
   double reflection = 0.0;
   double transmission = 0.0;
   std::optional<double> ior = {};
+  bool fresnel = false;  // with ior: shares follow Fresnel's equations
+  /// Light leaves about the ideal direction with a density of cos^n; absent: in that direction.
+  std::optional<double> reflection_exponent = {};    // gloss
+  std::optional<double> transmission_exponent = {};  // frosting
 };
 
 enum class Interpolation { flat, gouraud, phong };
@@ -63,6 +67,7 @@ struct Mesh {
 struct MeshObject {
   std::string file = {};
   Interpolation interpolation = Interpolation::phong;
+  std::optional<double> crease_angle = {};  // radians: normals are averaged from faces up to it
   Mesh mesh = {};  // filled by load_assets
 };
 struct SphereObject {

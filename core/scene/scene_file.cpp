@@ -15,6 +15,7 @@
 #include <linux/openat2.h>
 
 #include "core/error.h"
+#include "core/scene/vertex_normals.h"
 
 namespace fstop {
 namespace {
@@ -213,6 +214,10 @@ void load_assets(Scene& scene, const AssetReader& read, const AssetLimits& limit
         spend(triangles_left, mesh->triangles.size(), file, "triangles");
         object->mesh = *mesh;
       }
+    }
+    for (MeshObject* object : uses.meshes) {
+      if (!object->crease_angle) continue;
+      object->mesh = with_averaged_normals(object->mesh, *object->crease_angle);
     }
   }
 }

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/fast_math.h"
+#include "core/sampling/sequence.h"
 
 namespace fstop {
 namespace {
@@ -43,11 +44,6 @@ Overlap overlap_of(int coarse, int coarse_size, int fine_size) {
 }  // namespace
 
 Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(source.wrap) {
-  if (filter_ == TextureFilter::summed_area || filter_ == TextureFilter::stochastic) {
-    throw Error(ErrorCode::unsupported,
-                "texture " + source.name +
-                    ": filters are nearest, bilinear, mipmap and brute-force in this version");
-  }
   const Image& image = source.image;
   if (image.empty() || image.channels() != 3) {
     throw Error(ErrorCode::bad_image, "texture " + source.name + " has no RGB pixels");
@@ -69,6 +65,7 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   add_border(full);
   texels_per_uv_ =
       std::sqrt(static_cast<float>(image.width()) * static_cast<float>(image.height()));
+  if (filter_ == TextureFilter::summed_area) sums_.emplace(image, wrap_ == TextureWrap::repeat);
   if (filter_ != TextureFilter::mipmap) return;
   while (levels_.back().width > 1 || levels_.back().height > 1) add_level(levels_.back());
 }
@@ -259,12 +256,34 @@ Texture::Texel Texture::nearest(float u, float v) const noexcept {
                  static_cast<std::size_t>(x)];
 }
 
+Texture::Texel Texture::mean_of_square(float u, float v, float side) const noexcept {
+  const Level& full = levels_.front();
+  const double x = double{u} * full.width;
+  const double y = (1.0 - double{v}) * full.height;
+  const Rgb mean = sums_->mean(x, y, double{side}, double{side});
+  return Texel{mean[0], mean[1], mean[2], 0.0F};
+}
+
+Texture::Texel Texture::any_of_square(float u, float v, float side) const noexcept {
+  const Level& full = levels_.front();
+  const std::uint32_t hash =
+      hash_of(std::bit_cast<std::uint32_t>(u), std::bit_cast<std::uint32_t>(v));
+  const float across = static_cast<float>(hash >> 16) * 0x1p-16F - 0.5F;
+  const float down = static_cast<float>(hash & 0xffffU) * 0x1p-16F - 0.5F;
+  return nearest(u + across * side / static_cast<float>(full.width),
+                 v + down * side / static_cast<float>(full.height));
+}
+
 Rgb Texture::sample(float u, float v, float footprint) const noexcept {
   u = within_period(u, wrap_);
   v = within_period(v, wrap_);
   Texel texel = {};
   if (filter_ == TextureFilter::nearest) {
     texel = nearest(u, v);
+  } else if (filter_ == TextureFilter::summed_area) {
+    texel = mean_of_square(u, v, footprint > 1.0F ? footprint : 1.0F);
+  } else if (filter_ == TextureFilter::stochastic) {
+    texel = any_of_square(u, v, footprint > 1.0F ? footprint : 1.0F);
   } else if (filter_ != TextureFilter::mipmap || !(footprint > 1.0F)) {
     texel = bilinear(levels_.front(), u, v);
   } else {
@@ -457,7 +476,10 @@ FSTOP_AVX512 void Texture::sample_wide(const LaneMask& valid, const std::array<f
 void Texture::sample(const LaneMask& valid, const std::array<float, kLanes>& u,
                      const std::array<float, kLanes>& v, const std::array<float, kLanes>& footprint,
                      LaneColors& colors) const noexcept {
-  if (filter_ == TextureFilter::nearest) {
+  const bool one_by_one = filter_ == TextureFilter::nearest ||
+                          filter_ == TextureFilter::summed_area ||
+                          filter_ == TextureFilter::stochastic;
+  if (one_by_one) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] != 0) colors.set(static_cast<int>(k), sample(u[k], v[k], footprint[k]));
     }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "core/scene/lane_colors.h"
 #include "core/scene/scene.h"
+#include "core/scene/summed_area.h"
 
 namespace fstop {
 
@@ -12,14 +14,16 @@ namespace fstop {
 /// uv (0,0) is the lower left corner; texel centres lie at half-integers.
 class Texture {
  public:
-  /// Throws: Error{unsupported} for the filters summed-area and stochastic,
-  ///         Error{bad_image} for an empty image.
+  /// Throws: Error{bad_image} for an empty image.
   explicit Texture(const TextureSource& source);
 
   /// Colour at (u, v), averaged over a square of about `footprint` texels of the full image
-  /// (trilinear over the pyramid) where the filter is `mipmap`; `bilinear` and `nearest` read
+  /// (trilinear over the pyramid) where the filter is `mipmap`; exactly that square's mean, of at
+  /// least one texel, where it is `summed-area`; one texel of it, by a hash of (u, v), where it is
+  /// `stochastic`, so that the mean of many samples is the square's. `bilinear` and `nearest` read
   /// the full image whatever the footprint, `brute-force` is `bilinear`, averaged by the many
   /// samples of a pixel.
+  /// Source: Williams 1983 (pyramid); Crow 1984 (summed area); Cook 1986 (stochastic).
   Rgb sample(float u, float v, float footprint) const noexcept;
 
   /// The same for every lane of a packet; lanes that are not valid get some texel.
@@ -30,7 +34,9 @@ class Texture {
   /// Square root of the number of texels: what a unit square of uv spans on average.
   float texels_per_uv() const noexcept { return texels_per_uv_; }
 
-  std::size_t memory_bytes() const noexcept { return texels_.size() * sizeof(Texel); }
+  std::size_t memory_bytes() const noexcept {
+    return texels_.size() * sizeof(Texel) + (sums_ ? sums_->memory_bytes() : 0);
+  }
 
  private:
   // Rows and columns hold one texel more than the image, the next one of a lookup across the
@@ -53,6 +59,8 @@ class Texture {
                    LaneColors& colors) const noexcept;
   Texel bilinear(const Level& level, float u, float v) const noexcept;
   Texel nearest(float u, float v) const noexcept;
+  Texel mean_of_square(float u, float v, float side) const noexcept;
+  Texel any_of_square(float u, float v, float side) const noexcept;
   void add_level(const Level& finer);
   void add_border(const Level& level);
   Texel& texel(const Level& level, std::size_t x, std::size_t y) noexcept {
@@ -64,6 +72,7 @@ class Texture {
   TextureWrap wrap_;
   std::vector<Level> levels_;
   std::vector<Texel> texels_;
+  std::optional<SummedArea> sums_ = {};
   float texels_per_uv_ = 1.0F;
 };
 

@@ -319,12 +319,6 @@ ErrorCode refusal(const TextureSource& source) {
   return ErrorCode::internal;
 }
 
-TEST(Texture, RefusesFiltersOfLaterVersions) {
-  for (const TextureFilter filter : {TextureFilter::summed_area, TextureFilter::stochastic}) {
-    EXPECT_EQ(refusal(source_of(4, 4, filter)), ErrorCode::unsupported);
-  }
-}
-
 TEST(Texture, RefusesWhatIsNoColourImage) {
   TextureSource source = source_of(4, 4, TextureFilter::bilinear);
   source.image = Image{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace fstop {
 
@@ -17,6 +18,34 @@ ReflectionTerms reflection_terms(const Material& material, Vec3f normal, Vec3f t
   }
   const float shine = base > 0.0F ? std::pow(base, static_cast<float>(material.shininess)) : 0.0F;
   return {.diffuse = cosine, .specular = shine};
+}
+
+std::vector<std::string> material_warnings(const Scene& scene) {
+  constexpr std::size_t kMost = 8;
+  // Shares written in decimals may add up to a rounding above 1.
+  constexpr double kSlack = 1e-6;
+  std::vector<std::string> warnings;
+  for (const Material& material : scene.materials) {
+    if (material.model == ShadingModel::unlit || warnings.size() >= kMost) continue;
+    double largest = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      largest =
+          std::max(largest, double{material.ambient.value[c]} + double{material.diffuse.value[c]} +
+                                double{material.specular.value[c]});
+    }
+    char text[32];
+    if (largest > 1.0 + kSlack) {
+      std::snprintf(text, sizeof text, "%.3g", largest);
+      warnings.push_back("material " + material.name + ": ambient + diffuse + specular is " + text +
+                         ", more light than a surface gets");
+    }
+    if (material.shininess > 100.0) {
+      std::snprintf(text, sizeof text, "%.4g", material.shininess);
+      warnings.push_back("material " + material.name + ": shininess " + text +
+                         " lies outside 0 to 100, where highlights look like those of lamps");
+    }
+  }
+  return warnings;
 }
 
 }  // namespace fstop

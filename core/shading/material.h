@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/scene/ray_scene.h"
 
 namespace fstop {
@@ -19,8 +22,14 @@ struct ReflectionTerms {
   float specular = 0.0F;
 };
 
-/// All vectors of unit length, away from the surface. R is L mirrored at N, H halves L and V.
-/// Source: Phong 1975; Blinn 1977.
+/// What no surface does but a material may ask for: giving more light than it gets, ambient +
+/// diffuse
+/// + specular > 1 in some channel (of a texture: its scale), or an exponent n outside 0 to 100,
+/// whose highlight is smaller than any lamp. A sentence for each of the first few materials.
+std::vector<std::string> material_warnings(const Scene& scene);
+
+/// The two factors for `material`. All vectors of unit length, away from the surface. R is L
+/// mirrored at N, H halves L and V. Source: Phong 1975; Blinn 1977.
 ReflectionTerms reflection_terms(const Material& material, Vec3f normal, Vec3f to_light,
                                  Vec3f to_viewer) noexcept;
 

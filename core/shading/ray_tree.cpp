@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "core/shading/material.h"
 
@@ -24,7 +26,7 @@ class PacketTree {
     inputs.depth = depth;
     shade_locally(inputs, packet, valid, path_length, surfaces, colors, rays_);
     Shares shares;
-    if (!shares_of(surfaces, shares)) return;
+    if (!shares_of(packet, surfaces, shares)) return;
     alignas(64) LaneFloats length;
     for (std::size_t k = 0; k < kLanes; ++k) length[k] = path_length[k] + packet.far[k];
     const Bounce from{packet, surfaces, weight, length, depth};
@@ -71,13 +73,21 @@ class PacketTree {
     int depth = 0;
   };
 
-  bool shares_of(const LaneSurfaces& surfaces, Shares& shares) const {
+  bool shares_of(const RayPacket& packet, const LaneSurfaces& surfaces, Shares& shares) const {
     for (std::size_t k = 0; k < kLanes; ++k) {
       shares.kept[k] = 1.0F;
       if (surfaces.material[k] < 0) continue;
       const Material& material = in_.scene.material(surfaces.material[k]);
-      const auto reflection = static_cast<float>(material.reflection);
-      const auto transmission = static_cast<float>(material.transmission);
+      auto reflection = static_cast<float>(material.reflection);
+      auto transmission = static_cast<float>(material.transmission);
+      if (material.fresnel && material.ior) {
+        const Vec3f direction = packet.direction(static_cast<int>(k));
+        const float cosine = -dot(direction, surfaces.normal(k));
+        const float eta = relative_index(*material.ior, surfaces.outside[k] != 0);
+        const float reflectance = fresnel_reflectance(std::clamp(cosine, 0.0F, 1.0F), eta);
+        reflection *= reflectance;
+        transmission *= 1.0F - reflectance;
+      }
       const bool sheet = transmission > 0.0F && !material.ior;
       shares.kept[k] = sheet ? 1.0F - transmission : 1.0F;
       shares.reflection[k] = reflection;
@@ -89,13 +99,51 @@ class PacketTree {
     return shares.any_reflection || shares.any_transmission;
   }
 
-  static Directions mirrors(const Bounce& from) {
+  static float relative_index(double ior, bool from_outside) {
+    const auto index = static_cast<float>(ior);
+    return from_outside ? 1.0F / index : index;
+  }
+
+  Directions mirrors(const Bounce& from) const {
     Directions result;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (from.surfaces.material[k] < 0) continue;
       result.set(k, mirrored(from.packet.direction(static_cast<int>(k)), from.surfaces.normal(k)));
     }
+    spread(from, &Material::reflection_exponent, 0, result);
     return result;
+  }
+
+  // Lanes of a glossy or frosted material look about their ideal direction, on its side of the
+  // surface.
+  void spread(const Bounce& from, std::optional<double> Material::*exponent, std::uint32_t kind,
+              Directions& directions) const {
+    LaneValues u, v;
+    bool drawn = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (from.surfaces.material[k] < 0) continue;
+      const auto& lobe = in_.scene.material(from.surfaces.material[k]).*exponent;
+      if (!lobe) continue;
+      if (!drawn) {
+        draw(from.depth, kind, u, v);
+        drawn = true;
+      }
+      const Vec3f ideal = normalized(directions.get(k));
+      Vec3f chosen = lobe_direction(ideal, static_cast<float>(*lobe), static_cast<float>(u[k]),
+                                    static_cast<float>(v[k]));
+      const Vec3f face = from.surfaces.face(k);
+      if (dot(chosen, face) * dot(ideal, face) < 0.0F) chosen = mirrored(chosen, face);
+      directions.set(k, chosen);
+    }
+  }
+
+  // Two dimensions of the sequence for one bounce: of streams that lights do not use.
+  void draw(int depth, std::uint32_t kind, LaneValues& u, LaneValues& v) const {
+    SampleKeys keys = in_.keys;
+    const std::uint32_t stream = 0x6105'5000U + 2U * static_cast<std::uint32_t>(depth) + kind;
+    for (std::uint32_t& pixel : keys.pixel) pixel = hash_of(pixel, stream);
+    in_.sequence.fill(keys, Dimension::light_u, u);
+    in_.sequence.fill(keys, Dimension::light_v, v);
   }
 
   Directions onwards(const Bounce& from) const {
@@ -108,14 +156,13 @@ class PacketTree {
       result.set(k, material.ior ? bent(direction, from.surfaces.normal(k), *material.ior, outside)
                                  : direction);
     }
+    spread(from, &Material::transmission_exponent, 1, result);
     return result;
   }
 
   static Vec3f bent(Vec3f direction, Vec3f normal, double ior, bool from_outside) {
-    const auto index = static_cast<float>(ior);
-    const float eta = from_outside ? 1.0F / index : index;
     Vec3f result;
-    if (refracted(direction, normal, eta, result)) return result;
+    if (refracted(direction, normal, relative_index(ior, from_outside), result)) return result;
     return mirrored(direction, normal);
   }
 
@@ -194,6 +241,25 @@ bool refracted(Vec3f incident, Vec3f normal, float eta, Vec3f& direction) noexce
   if (sine_squared > 1.0F) return false;
   direction = incident * eta + normal * (eta * cosine - std::sqrt(1.0F - sine_squared));
   return true;
+}
+
+float fresnel_reflectance(float cosine, float eta) noexcept {
+  const float sine_squared = eta * eta * (1.0F - cosine * cosine);
+  if (sine_squared >= 1.0F) return 1.0F;
+  const float beyond = std::sqrt(1.0F - sine_squared);
+  const float across = (eta * cosine - beyond) / (eta * cosine + beyond);
+  const float along = (cosine - eta * beyond) / (cosine + eta * beyond);
+  return 0.5F * (across * across + along * along);
+}
+
+Vec3f lobe_direction(Vec3f axis, float exponent, float u, float v) noexcept {
+  const float cosine = std::pow(1.0F - u, 1.0F / (exponent + 1.0F));
+  const float sine = std::sqrt(std::max(0.0F, 1.0F - cosine * cosine));
+  const float turn = 2.0F * std::numbers::pi_v<float> * v;
+  const Vec3f least = std::abs(axis.x) < 0.6F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0};
+  const Vec3f right = normalized(cross(axis, least));
+  const Vec3f up = cross(right, axis);
+  return axis * cosine + right * (sine * std::cos(turn)) + up * (sine * std::sin(turn));
 }
 
 Vec3f mirrored(Vec3f incident, Vec3f normal) noexcept {

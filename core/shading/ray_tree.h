@@ -21,18 +21,29 @@ struct BranchBound {
 BranchBound branch_bound(const std::vector<Material>& materials);
 
 /// Radiance along every valid lane of a traced packet: local light plus mirrored, refracted and
-/// straight-through light, recursively (Whitted 1980), without Fresnel:
+/// straight-through light, recursively (Whitted 1980):
 ///
 ///     with ior:  local + reflection I_reflected + transmission I_refracted
 ///     without:   (1 - transmission) (local + reflection I_reflected) + transmission I_behind
 ///
-/// Where Snell's law has no solution the transmitted share takes the mirror direction.
+/// With `fresnel`, reflection is multiplied by the reflectance R and transmission by 1 - R. Where
+/// Snell's law has no solution the transmitted share takes the mirror direction. With an exponent
+/// I_reflected or I_refracted is the mean over a lobe about that direction, one ray a sample (Cook
+/// et al. 1984).
 void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
            LaneColors& colors, std::uint64_t& rays) noexcept;
 
 /// Direction of a unit ray `incident` behind a surface of unit `normal` on the ray's side, with
 /// `eta` the index on this side over the one beyond; false where reflection is total.
 bool refracted(Vec3f incident, Vec3f normal, float eta, Vec3f& direction) noexcept;
+
+/// Reflectance of a dielectric for unpolarised light: `cosine` >= 0 of the angle of incidence,
+/// `eta` the index on this side over the one beyond. 1 where reflection is total. Source: Fresnel's
+/// equations; Born & Wolf 1999, 1.5.2.
+float fresnel_reflectance(float cosine, float eta) noexcept;
+
+/// A unit direction about the unit `axis` with density (n+1)/(2 pi) cos^n, from u, v in [0, 1).
+Vec3f lobe_direction(Vec3f axis, float exponent, float u, float v) noexcept;
 
 /// `incident` mirrored at a surface of unit `normal`.
 Vec3f mirrored(Vec3f incident, Vec3f normal) noexcept;
