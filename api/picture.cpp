@@ -112,8 +112,15 @@ std::vector<Output> layers_needed(ImageFormat format, const std::vector<Output>&
   return needed;
 }
 
-Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std::string_view id) {
+Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std::string_view id,
+                   ImageFormat format) {
   Picture picture;
+  const bool is_data = format == ImageFormat::exr || format == ImageFormat::tiff;
+  if (spec.halftone && !is_data) {
+    picture.layers.push_back(
+        {channel_names(Output::color), halftone(photograph.color, *spec.halftone)});
+    return picture;
+  }
   picture.layers.push_back({channel_names(Output::color), photograph.color});
   for (const auto& [output, image] : photograph.layers) {
     if (output != Output::color) picture.layers.push_back({channel_names(output), image});

@@ -13,9 +13,11 @@ namespace fstop::api {
 /// other formats computes what EXR needs: layers_needed(ImageFormat::exr, asked).
 std::vector<Output> layers_needed(ImageFormat format, const std::vector<Output>& asked);
 
-/// The photograph as one file: R,G,B, then the layers it has, Z; coc.signed; N.X,N.Y,N.Z;
+/// The photograph as one file of `format`, whose 8-bit kinds are halftoned where that is asked for,
+/// since EXR and TIFF are data: R,G,B, then the layers it has, Z; coc.signed; N.X,N.Y,N.Z;
 /// var.R,var.G,var.B; aif.R,aif.G,aif.B; and as attributes the camera, the seed, `id`, the engine.
-Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std::string_view id);
+Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std::string_view id,
+                   ImageFormat format);
 
 /// One output alone, first and only layer; the same attributes.
 /// Throws: Error{not_found} if the photograph does not have it.

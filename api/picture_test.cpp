@@ -63,11 +63,11 @@ TEST(Picture, NamesChannelsAsTheContractDoes) {
   const std::vector<std::string> expected = {"R",     "G",     "B",     "Z",     "coc.signed",
                                              "aif.R", "aif.G", "aif.B", "var.R", "var.G",
                                              "var.B", "N.X",   "N.Y",   "N.Z"};
-  EXPECT_EQ(channels(picture_of(photograph(), spec(), "id")), expected);
+  EXPECT_EQ(channels(picture_of(photograph(), spec(), "id", ImageFormat::exr)), expected);
 }
 
 TEST(Picture, StatesTheCamera) {
-  const Picture picture = picture_of(photograph(), spec(), "0123");
+  const Picture picture = picture_of(photograph(), spec(), "0123", ImageFormat::exr);
   EXPECT_EQ(number(picture, "aperture"), 2.8);
   EXPECT_EQ(number(picture, "focus"), 3.0);
   EXPECT_EQ(number(picture, "expTime"), 0.008);
@@ -86,7 +86,7 @@ TEST(Picture, StatesTheCamera) {
 TEST(Picture, StatesAPinholesHole) {
   SimulationSpec hole = spec();
   hole.camera.optics = PinholeSpec{.image_distance = 50.0_mm, .diameter = 0.25_mm};
-  const Picture picture = picture_of(photograph(), hole, "id");
+  const Picture picture = picture_of(photograph(), hole, "id", ImageFormat::exr);
   EXPECT_EQ(number(picture, "aperture"), 200.0);
   EXPECT_EQ(number(picture, "fstop:pinholeDiameterMm"), 0.25);
   EXPECT_EQ(number(picture, "pinholeFocalLength"), 50.0);
@@ -110,7 +110,7 @@ TEST(Picture, ShowsOneOutputAlone) {
 }
 
 TEST(Picture, SurvivesAnExrFile) {
-  const Picture picture = picture_of(photograph(), spec(), "0123");
+  const Picture picture = picture_of(photograph(), spec(), "0123", ImageFormat::exr);
   const std::vector<std::byte> bytes = encode(picture, ImageFormat::exr);
   EXPECT_EQ(encode(picture, ImageFormat::exr), bytes);
   const Picture read = decode(bytes);

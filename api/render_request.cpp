@@ -90,6 +90,7 @@ RenderRequest parse_render_request(std::string_view body, const Limits& limits, 
 
   request.spec.width = size.width;
   request.spec.height = size.height;
+  request.spec.halftone = size.halftone;
   request.format = size.format;
   request.precision = size.precision;
   require_budget(request.spec, limits);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "api/json_reader.h"
 #include "api/json_text.h"
@@ -30,6 +31,40 @@ constexpr Named<ShadingModel> kModels[] = {{"unlit", ShadingModel::unlit},
 constexpr Named<Interpolation> kInterpolations[] = {{"flat", Interpolation::flat},
                                                     {"gouraud", Interpolation::gouraud},
                                                     {"phong", Interpolation::phong}};
+
+// Surfaces with names. Metal: the classical constants; the others follow its form, each with less
+// light than it gets.
+struct Preset {
+  double ambient = 0.0;
+  double diffuse = 0.0;
+  double specular = 0.0;
+  double shininess = 1.0;
+  double reflection = 0.0;
+  double transmission = 0.0;
+  double ior = 0.0;  // 0: none
+  bool fresnel = false;
+};
+constexpr Named<Preset> kPresets[] = {
+    {"metal", {.ambient = 0.1, .diffuse = 0.2, .specular = 0.5, .shininess = 90.0}},
+    {"plastic", {.ambient = 0.1, .diffuse = 0.5, .specular = 0.3, .shininess = 40.0}},
+    {"rubber", {.ambient = 0.1, .diffuse = 0.6, .specular = 0.1, .shininess = 8.0}},
+    {"matte", {.ambient = 0.1, .diffuse = 0.8}},
+    {"mirror", {.diffuse = 0.02, .specular = 0.08, .shininess = 100.0, .reflection = 0.9}},
+    {"glass",
+     {.specular = 0.04,
+      .shininess = 100.0,
+      .reflection = 1.0,
+      .transmission = 1.0,
+      .ior = 1.5,
+      .fresnel = true}},
+    {"water",
+     {.specular = 0.02,
+      .shininess = 100.0,
+      .reflection = 1.0,
+      .transmission = 1.0,
+      .ior = 1.333,
+      .fresnel = true}}};
+
 enum class ShapeKind { mesh, sphere, quad };
 constexpr Named<ShapeKind> kShapes[] = {
     {"mesh", ShapeKind::mesh}, {"sphere", ShapeKind::sphere}, {"quad", ShapeKind::quad}};
@@ -94,9 +129,11 @@ class SceneReader {
     return texture;
   }
 
-  ColorSource color_source(ObjectReader& material, std::string_view key) const {
+  ColorSource color_source(ObjectReader& material, std::string_view key, double share = 0.0) const {
     const json* value = material.value(key, false);
-    if (value == nullptr || !value->is_object()) return {.value = color(material, key)};
+    if (value == nullptr || !value->is_object()) {
+      return {.value = rgb(material.triple(key, kRadiance, "", std::array{share, share, share}))};
+    }
     ObjectReader reader = material.object(key);
     const std::string name = reader.text("texture", kNameBytes);
     ColorSource source{.value =
@@ -107,19 +144,44 @@ class SceneReader {
   }
 
   Material material(const std::string& name, ObjectReader& reader) const {
+    // What a preset says, the other members may change; without one there is nothing, unless said.
+    Preset preset;
+    const bool has_preset = reader.has("preset");
+    if (has_preset) preset = reader.choice("preset", words(kPresets));
+    reader.leave_out("preset");  // its values stand in its place
     Material material;
     material.name = name;
-    material.model = reader.choice("model", words(kModels));
+    material.model =
+        reader.choice("model", words(kModels),
+                      has_preset ? std::optional<std::string_view>("phong") : std::nullopt);
     material.emission = color_source(reader, "emission");
-    material.ambient = color_source(reader, "ambient");
-    material.diffuse = color_source(reader, "diffuse");
-    material.specular = color_source(reader, "specular");
-    material.shininess = reader.number("shininess", {0.0, 1e5}, 1.0);
-    material.reflection = reader.number("reflection", kShare, 0.0);
-    material.transmission = reader.number("transmission", kShare, 0.0);
-    material.ior = reader.optional_number("ior", {0.1, 10.0});
+    material.ambient = color_source(reader, "ambient", preset.ambient);
+    material.diffuse = color_source(reader, "diffuse", preset.diffuse);
+    material.specular = color_source(reader, "specular", preset.specular);
+    material.shininess = reader.number("shininess", {0.0, 1e5}, preset.shininess);
+    material.reflection = reader.number("reflection", kShare, preset.reflection);
+    material.transmission = reader.number("transmission", kShare, preset.transmission);
+    if (preset.ior > 0.0 && !reader.has("ior")) {
+      material.ior = preset.ior;
+      reader.normalise("ior", preset.ior);
+    } else {
+      material.ior = reader.optional_number("ior", {0.1, 10.0});
+    }
+    material.fresnel = reader.boolean("fresnel", preset.fresnel);
+    if (reader.clean() && material.fresnel && !material.ior) {
+      reader.fault("fresnel", "needs ior, on which Fresnel's equations depend");
+    }
+    if (!material.fresnel) reader.leave_out("fresnel");
+    material.reflection_exponent = lobe(reader, "reflection_exponent");
+    material.transmission_exponent = lobe(reader, "transmission_exponent");
     reader.reject_unread_members();
     return material;
+  }
+
+  static std::optional<double> lobe(ObjectReader& reader, std::string_view key) {
+    const std::optional<double> exponent = reader.optional_number(key, {1.0, 1e6});
+    if (!exponent) reader.leave_out(key);
+    return exponent;
   }
 
   Object object(ObjectReader& reader) const {
@@ -153,6 +215,11 @@ class SceneReader {
     MeshObject mesh;
     mesh.file = reader.text("file", kNameBytes);
     mesh.interpolation = reader.choice("interpolation", words(kInterpolations), "phong");
+    if (const auto degrees = reader.optional_number("crease_angle_deg", {0.0, 180.0})) {
+      mesh.crease_angle = *degrees * (std::numbers::pi / 180.0);
+    } else {
+      reader.leave_out("crease_angle_deg");
+    }
     return mesh;
   }
 

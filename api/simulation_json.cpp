@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "api/finishing_json.h"
 #include "api/json_text.h"
 #include "core/optics/pinhole.h"
 
@@ -31,6 +32,11 @@ constexpr Named<std::string_view> kMethods[] = {{"auto", "auto"},
                                                 {"lens-sampling", "lens-sampling"},
                                                 {"wave", "wave"},
                                                 {"gather", "gather"}};
+constexpr Named<SamplePattern> kPatterns[] = {{"low-discrepancy", SamplePattern::low_discrepancy},
+                                              {"regular", SamplePattern::regular},
+                                              {"jittered", SamplePattern::jittered},
+                                              {"poisson", SamplePattern::poisson},
+                                              {"poisson-disc", SamplePattern::poisson_disc}};
 constexpr Named<bool> kSpectra[] = {{"rgb", false}, {"monochromatic", true}};
 
 std::vector<Named<double>> criterion_coefficients() {
@@ -149,6 +155,23 @@ void read_optics(ObjectReader& camera, CameraSpec& spec) {
   }
 }
 
+// Patterns are made for a known number of samples.
+void read_sampling(ObjectReader& quality, QualitySpec& spec) {
+  const nlohmann::json* member = quality.value("sampling", false);
+  if (member == nullptr || member->is_null()) return quality.leave_out("sampling");
+  ObjectReader sampling = quality.object("sampling");
+  const auto pattern = [&](std::string_view key) {
+    return sampling.choice<SamplePattern>(key, kPatterns, "low-discrepancy");
+  };
+  spec.sampling = {.pixel = pattern("pixel"), .lens = pattern("lens"), .time = pattern("time")};
+  sampling.reject_unread_members();
+  if (!quality.clean() || !spec.sampling.any()) return;
+  if (!spec.samples || *spec.samples > kMostPatternSamples) {
+    quality.fault("sampling", "needs samples, at most " + std::to_string(kMostPatternSamples) +
+                                  ": a pattern is made for a number of them");
+  }
+}
+
 }  // namespace
 
 CameraSpec read_camera(ObjectReader& camera) {
@@ -181,6 +204,7 @@ ImageSpec read_image(ObjectReader& image, const Limits& limits) {
     image.fault("format",
                 "cannot be webp: its sides end at " + std::to_string(kWebpSide) + " pixels");
   }
+  spec.halftone = read_halftone(image, spec.width, spec.height, limits);
   image.reject_unread_members();
   return spec;
 }
@@ -194,6 +218,9 @@ QualitySpec read_quality(ObjectReader& quality, const Limits& limits) {
   if (const auto samples = quality.optional_integer("samples", 1, limits.samples_per_pixel)) {
     spec.samples = static_cast<int>(*samples);
   }
+  read_sampling(quality, spec);
+  spec.texture_width_px = quality.optional_number("texture_width_px", {0.0, 64.0});
+  if (!spec.texture_width_px) quality.leave_out("texture_width_px");
   quality.reject_unread_members();
   return spec;
 }

@@ -13,6 +13,7 @@ struct ImageSpec {
   int height = 640;
   ImageFormat format = ImageFormat::png;
   Precision precision = Precision::single;
+  std::optional<HalftoneSpec> halftone = {};
 };
 
 /// The members that render and optics requests share, each read from the object it stands in.

@@ -26,7 +26,7 @@ EncodedFile StoredRender::file(const FileKey& key) {
   if (auto known = known_file(key)) return *known;  // encoded for another meanwhile
   const auto start = std::chrono::steady_clock::now();
   const Picture picture = key.alone ? api::output_picture(photograph, key.output, spec, id)
-                                    : api::picture_of(photograph, spec, id);
+                                    : api::picture_of(photograph, spec, id, key.format);
   EncodedFile file;
   file.bytes =
       std::make_shared<const std::vector<std::byte>>(encode(picture, key.format, key.precision));

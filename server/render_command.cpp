@@ -78,7 +78,7 @@ int render(const RenderOptions& options) {
 
   const auto encode_start = std::chrono::steady_clock::now();
   const auto bytes =
-      encode(api::picture_of(photograph, request.spec, id), format, request.precision);
+      encode(api::picture_of(photograph, request.spec, id, format), format, request.precision);
   timing.encode_ms = milliseconds_since(encode_start);
   write_image(options.out, bytes);
   const std::string report = api::report_json(id, photograph.report, timing, request.normalised);
