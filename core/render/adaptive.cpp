@@ -39,6 +39,11 @@ class Picture {
   ReplicateFilm& film() { return film_; }
   std::uint64_t rays() const { return rays_; }
   double samples() const { return samples_; }
+  // Root mean square over samples of the weight of branches that were not followed.
+  double cut_rmse() const {
+    const double sum = static_cast<double>(cut_squares_.load()) / kCutScale;
+    return samples_ > 0.0 ? std::sqrt(sum / samples_) : 0.0;
+  }
   double pixels() const { return static_cast<double>(film_.grid().width) * film_.grid().height; }
   double samples_per_ms() const { return samples_ / std::max(trace_ms_, 1e-3); }
 
@@ -136,6 +141,7 @@ class Picture {
       counted.rays += tracer.trace(first, std::min(kVisit, wanted - first), sums);
     }
     film_.add(replicate, block, sums, missing);
+    cut_squares_ += static_cast<std::uint64_t>(std::llround(kCutScale * tracer.cut_squares()));
     counted.samples = std::uint64_t{missing} * static_cast<unsigned>(film_.grid().pixels(block));
     return counted;
   }
@@ -146,6 +152,9 @@ class Picture {
   const RunControl& run_;
   std::uint64_t rays_ = 0;
   double samples_ = 0.0;
+  // In whole numbers, so that the sum does not depend on the order of tiles.
+  static constexpr double kCutScale = 0x1p30;
+  std::atomic<std::uint64_t> cut_squares_ = 0;
   double trace_ms_ = 0.0;  // spent in trace()
   double progress_ = 0.0;
   std::mutex mutex_;
@@ -324,7 +333,8 @@ RenderOutcome finished(Picture& picture, const Shot& shot, const NoiseEstimate& 
           .samples_mean = film.samples_mean(),
           .samples_max = film.samples_max(),
           .noise = noise,
-          .rays = picture.rays()};
+          .rays = picture.rays(),
+          .cut_rmse = picture.cut_rmse()};
 }
 
 // A forced count: half of it in each replicate.

@@ -158,7 +158,16 @@ FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
   source_.scene.intersect(packet, valid_, Coherence::coherent);
   std::uint64_t rays = lanes_;
   inputs_.keys.index.fill(index);
+  if (source_.scene.branches()) {
+    cut_.fill(0.0F);
+    inputs_.cut = &cut_;
+  }
   shade(inputs_, packet, valid_, traced.colors, rays);
+  if (source_.scene.branches()) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (valid_[k] != 0) cut_squares_ += double{cut_[k]} * double{cut_[k]};
+    }
+  }
   finish(packet, forward_, source_.exposure, traced);
   if (source_.falloff) fall_off(corner_x_, corner_y_, slope_, traced);
   return rays;

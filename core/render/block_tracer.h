@@ -45,6 +45,9 @@ class BlockTracer {
   /// Blur diameter in pixels of a vergence of 1/metre beside the focus.
   double blur_px() const noexcept { return 2.0 * frame_.radius / frame_.slope; }
 
+  /// Sum over all samples so far of the squared weight of branches that were not followed.
+  double cut_squares() const noexcept { return cut_squares_; }
+
   /// Lanes whose pixel lies in the picture.
   const LaneMask& valid() const noexcept { return valid_; }
 
@@ -94,6 +97,8 @@ class BlockTracer {
   std::uint32_t chunk_ = 0xffffffffU;  // of kLanes samples, whose pupil points are at hand
   alignas(64) LaneValues pupil_x_ = {};
   alignas(64) LaneValues pupil_y_ = {};
+  alignas(64) LaneFloats cut_ = {};
+  double cut_squares_ = 0.0;
 };
 
 }  // namespace fstop

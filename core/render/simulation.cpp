@@ -158,10 +158,16 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   photograph.layers = layers_of(spec, shot, outcome, run);
   photograph.color = std::move(outcome.color);
 
+  // What was cut in the picture says more than what might be cut of any path.
+  ShotFacts told = facts;
+  if (outcome.cut_rmse) {
+    told.branch_error = std::min(told.branch_error, *outcome.cut_rmse);
+    told.forks = false;
+  }
   // The finished image knows its own contrast and detail better than the probe did.
   RenderReport& report = photograph.report;
   const double contrast = contrast_of(photograph.color, run);
-  report.model = model_of(shot, facts, plan, contrast);
+  report.model = model_of(shot, told, plan, contrast);
   for (ModelledEffect& effect : report.model) {
     if (effect.effect == "falloff" && !effect.modelled) {
       effect.bound = falloff_rmse(shot, photograph.color, run);
@@ -169,7 +175,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
     }
   }
   double bias = uncertified_rmse(plan.quote.error.effects, contrast);
-  bias += facts.branch_error;
+  bias += told.branch_error;
   if (facts.averages_texels) {
     const double detail =
         texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality), run);
@@ -229,7 +235,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
         "the error is that of the picture before halftoning, which EXR and TIFF files hold");
   }
   std::ranges::move(outcome.warnings, std::back_inserter(report.warnings));
-  if (facts.forks) {
+  if (told.forks) {
     report.warnings.push_back(
         "a material reflects and transmits both: the many light branches that were cut may add up "
         "to more than the bound of one");

@@ -16,6 +16,8 @@ struct ShadingInputs {
   /// Light that adds less than this to every lane of a packet is traced as rarely as it is dim, and
   /// counted as much more: unbiased, and with fewer shadow rays. 0: all light is traced.
   float certain_light = 0.0F;
+  /// Grows by the weight of every branch that is not followed, lane by lane; may be null.
+  LaneFloats* cut = nullptr;
   int depth = 0;  // bounces before this packet: another stream of light samples
 };
 

@@ -29,9 +29,11 @@ std::vector<std::string> material_warnings(const Scene& scene) {
     if (material.model == ShadingModel::unlit || warnings.size() >= kMost) continue;
     double largest = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
-      largest =
-          std::max(largest, double{material.ambient.value[c]} + double{material.diffuse.value[c]} +
-                                double{material.specular.value[c]});
+      double sum = 0.0;
+      for (const ColorSource* source : {&material.ambient, &material.diffuse, &material.specular}) {
+        if (source->texture < 0) sum += double{source->value[c]};
+      }
+      largest = std::max(largest, sum);
     }
     char text[32];
     if (largest > 1.0 + kSlack) {

@@ -23,9 +23,9 @@ struct ReflectionTerms {
 };
 
 /// What no surface does but a material may ask for: giving more light than it gets, ambient +
-/// diffuse
-/// + specular > 1 in some channel (of a texture: its scale), or an exponent n outside 0 to 100,
-/// whose highlight is smaller than any lamp. A sentence for each of the first few materials.
+/// diffuse + specular > 1 in some channel (of colours: textures are not looked through), or an
+/// exponent n outside 0 to 100, whose highlight is smaller than any lamp's. A sentence for each of
+/// the first few materials.
 std::vector<std::string> material_warnings(const Scene& scene);
 
 /// The two factors for `material`. All vectors of unit length, away from the surface. R is L

@@ -177,7 +177,10 @@ class PacketTree {
       if (from.surfaces.material[k] < 0 || !(share[k] > 0.0F)) continue;
       weight[k] = from.weight[k] * share[k];
       const bool counts = weight[k] >= kSmallestBranch && from.depth < kDeepestBranch;
-      if (!counts || ++branches_[k] > kMostBranches) continue;
+      if (!counts || ++branches_[k] > kMostBranches) {
+        if (in_.cut != nullptr) (*in_.cut)[k] += weight[k];
+        continue;
+      }
       valid[k] = -1;
       any = true;
       ++rays_;

@@ -11,6 +11,8 @@ inline constexpr int kDeepestBranch = 64;
 /// Rays of one sample's tree: where mirrors and glass double the branches at every surface.
 inline constexpr int kMostBranches = 4096;
 
+/// Where the picture is traced, what was cut is measured instead (BlockTracer::cut_squares).
+///
 /// Largest error that cutting branches leaves in a sample whose further light is at most 1:
 /// the heavier of the smallest branch followed and of the heaviest path at kDeepestBranch. Holds
 /// for paths that do not fork; `forks` tells whether some material reflects and transmits both.
