@@ -13,6 +13,7 @@
 
 #include <embree3/rtcore.h>
 
+#include "core/build_stop.h"
 #include "core/error.h"
 #include "core/scene/half_packets.h"
 
@@ -148,6 +149,7 @@ struct RayScene::Acceleration {
     scene = rtcNewScene(device);
     // Watertight along shared edges: no light leaks between a mesh's triangles.
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneProgressMonitorFunction(scene, &Acceleration::on_progress, this);
     has_packets = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
     has_halves = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
   }
@@ -167,11 +169,17 @@ struct RayScene::Acceleration {
     static_cast<Acceleration*>(self)->bytes += bytes;
     return true;
   }
+  // On any thread of Embree's.
+  static bool on_progress(void* self, double) {
+    return !static_cast<Acceleration*>(self)->stop.stop_requested();
+  }
   void check() const {
+    BuildStop::throw_if_requested();
     if (message.empty()) return;
     throw Error(out_of_memory ? ErrorCode::over_budget : ErrorCode::bad_geometry, message);
   }
 
+  const std::stop_token stop = BuildStop::current();
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   bool has_packets = false;  // of kLanes
@@ -239,6 +247,7 @@ RayScene::RayScene(Scene scene)
           .file = "quad", .interpolation = Interpolation::flat, .mesh = triangles_of(*quad)};
     }
     check_shape(object);
+    BuildStop::throw_if_requested();
   }
   emitters_ = find_emitters(scene_, textures_);
   for (const Object& object : scene_.objects) {
