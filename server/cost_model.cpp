@@ -75,14 +75,14 @@ using TimeModel = Regression<4>;
 TimeModel::Vector time_terms(const Features& f, double samples, bool is_wave) {
   // Waves are made of planes of spectra: samples count where they are forced. Else a pixel's own
   // cost is that of some samples; in small pictures rays lie farther apart and cost more.
-  const double forced = f.is_forced ? f.samples - std::log(16.0) : 0.0;
+  const double forced = f.is_forced ? f.samples - std::log(32.0) : 0.0;
   return {1.0, is_wave ? forced : std::log(samples + 3.0), f.pixels, f.f_number};
 }
 
 // Of the bundled scenes, on one core at 2.6 GHz.
 SampleModel first_samples() { return {{3.4, -1.45, -0.25, -0.05}, {1.0, 0.2, 0.15, 0.15}}; }
 TimeModel first_times(bool is_wave) {
-  return is_wave ? TimeModel({9.4, 0.0, -0.3, 0.3}, {0.7, 0.3, 0.2, 0.2})
+  return is_wave ? TimeModel({9.4, 0.4, -0.3, 0.3}, {0.7, 0.3, 0.2, 0.2})
                  : TimeModel({5.9, 0.88, -0.27, 0.0}, {1.0, 0.15, 0.1, 0.05});
 }
 constexpr double kSampleNoise = 0.4;  // of logarithms

@@ -121,9 +121,12 @@ void measure_cancels(int cancels) {
     if (builds) change_scene(server, i);
     const auto builds_before = server.server().worker_counts().builds;
     client.send(request_text("POST", "/v1/renders", {{"Prefer", "respond-async"}},
-                             request(960, R"({"samples": 4096})", 1000 + i)));
+                             request(960, R"({"samples": 2048})", 1000 + i)));
     const auto accepted = client.read();
-    if (!accepted || accepted->status != 202) continue;
+    if (!accepted || accepted->status != 202) {
+      std::printf("  (refused)\n");
+      continue;
+    }
     eventually([&] { return counts().running == 1; });
     std::this_thread::sleep_for(Milliseconds(600.0 * unit(static_cast<std::uint64_t>(i))));
     const auto start = Clock::now();
@@ -175,6 +178,7 @@ void measure_mouse(int mice) {
 
 int main(int argc, char** argv) {
   using namespace fstop::test;
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
   const auto count = [&](int i, int usual) { return argc > i ? std::atoi(argv[i]) : usual; };
   if (count(2, 40) > 0) measure_latency(count(2, 40));
   if (count(1, 200) > 0) measure_cancels(count(1, 200));
