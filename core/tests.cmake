@@ -48,6 +48,9 @@ fstop_test(measure_test LABEL unit
                    measure/spline_fit_test.cpp measure/star_contrast_test.cpp
            LINK fstop_measure fstop_optics fstop_oracle)
 
+fstop_test(finishing_test LABEL unit SOURCES post/composite_test.cpp post/halftone_test.cpp
+           LINK fstop_post)
+
 fstop_test(point_spread_test LABEL unit
            SOURCES post/point_spread_image_test.cpp post/point_spread_test.cpp
            LINK fstop_post fstop_oracle)
