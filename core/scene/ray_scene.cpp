@@ -8,7 +8,6 @@
 #include <cstring>
 #include <map>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include <embree3/rtcore.h>
@@ -16,6 +15,7 @@
 #include "core/build_stop.h"
 #include "core/error.h"
 #include "core/scene/half_packets.h"
+#include "core/scene/mesh_islands.h"
 
 namespace fstop {
 namespace {
@@ -119,23 +119,6 @@ std::vector<std::uint32_t> triangle_masks(const std::vector<Emitter>& emitters,
   }
   if (std::ranges::count(masks, masks.front()) == std::ssize(masks)) masks.clear();
   return masks;
-}
-
-// The mesh of some triangles alone, without what only shading needs.
-Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
-  Mesh part;
-  std::unordered_map<std::uint32_t, std::uint32_t> renumbered;
-  for (const std::uint32_t i : triangles) {
-    std::array<std::uint32_t, 3> corners = mesh.triangles[i];
-    for (std::uint32_t& corner : corners) {
-      const auto next = static_cast<std::uint32_t>(part.positions.size());
-      const auto [known, is_new] = renumbered.try_emplace(corner, next);
-      if (is_new) part.positions.push_back(mesh.positions[corner]);
-      corner = known->second;
-    }
-    part.triangles.push_back(corners);
-  }
-  return part;
 }
 
 }  // namespace
