@@ -75,8 +75,11 @@ class BuiltScenes {
 class RenderWorker {
  public:
   explicit RenderWorker(const WorkerShape& shape)
-      : channel_(Descriptor(kWorkerSocket)), pool_(shape.threads), scenes_(shape.scene_bytes) {
+      : channel_(Descriptor(kWorkerSocket)), scenes_(shape.scene_bytes) {
+    // It only waits: on a busy machine a stop must not wait behind what is to be stopped.
     std::thread([this] { listen(); }).detach();
+    make_this_thread_nice(shape.niceness);  // threads begun from here on inherit it
+    pool_.emplace(shape.threads);
     channel_.send(MessageKind::hello, 0);
   }
 
@@ -148,7 +151,7 @@ class RenderWorker {
 
   // Progress that the server has no room for is left out: there will be newer.
   RunControl control_of(std::uint64_t number, const WorkerJob& job, const std::stop_token& stop) {
-    RunControl run{.stop = stop, .workers = &pool_};
+    RunControl run{.stop = stop, .workers = &*pool_};
     run.progress = [this, number](double fraction) {
       const std::lock_guard lock(progress_mutex_);
       const auto now = SteadyClock::now();
@@ -168,7 +171,7 @@ class RenderWorker {
   }
 
   Channel channel_;
-  WorkerPool pool_;
+  std::optional<WorkerPool> pool_ = {};
   BuiltScenes scenes_;
   std::mutex mutex_;
   std::condition_variable job_there_;
@@ -197,7 +200,6 @@ void work_for_server(const WorkerShape& shape) {
   // A terminal or a service manager may signal the whole group: the server says when to end.
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(number, SIG_IGN);
   offer_oneself();
-  make_this_thread_nice(shape.niceness);  // threads begun from here on inherit it
   RenderWorker worker(shape);
   worker.run();
 }
