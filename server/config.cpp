@@ -88,6 +88,11 @@ fs::path shipped_folder(const char* installed, const char* built) {
   return {};
 }
 
+std::string worker_beside() {
+  std::error_code ec;
+  return (fs::read_symlink("/proc/self/exe", ec).parent_path() / "fstop-worker").string();
+}
+
 void refuse_file(const char* option, const std::string& folder) {
   std::error_code ec;
   if (!folder.empty() && fs::exists(folder, ec) && !fs::is_directory(folder, ec))
@@ -156,6 +161,7 @@ ServerConfig checked(const ServeOptions& options) {
   }
   config.scene_folders.push_back(options.scenes_dir.empty() ? bundled_scenes()
                                                             : fs::path(options.scenes_dir));
+  config.worker_program = worker_beside();
   config.probe_port = options.probe_port;
   config.limits.concurrent_renders = options.concurrent_renders;
   config.limits.queued_renders = options.queued_renders;

@@ -46,6 +46,7 @@ struct ServerConfig {
   std::optional<std::uint16_t> probe_port = {};
   std::filesystem::path upload_folder = {};  // empty: no scenes are taken
   std::string program = "/proc/self/exe";    // what reads them, locked in
+  std::string worker_program = {};           // what renders: beside fstop
   std::filesystem::path result_folder = {};  // empty: results stay in memory
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first

@@ -5,10 +5,12 @@
 #include <cerrno>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
+#include <tuple>
 #include <utility>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/error.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -22,6 +24,7 @@ using asio::experimental::awaitable_operators::operator||;
 constexpr auto kNoThrow = asio::as_tuple(asio::use_awaitable);
 
 constexpr std::size_t kPieceBytes = std::size_t{256} << 10;
+constexpr int kPiecesAtOnce = 4;
 constexpr auto kLingerTime = std::chrono::seconds(2);
 constexpr std::size_t kLingerBytes = std::size_t{4} << 20;
 constexpr auto kLookAgain = std::chrono::milliseconds(20);
@@ -40,6 +43,7 @@ Connection::Connection(asio::ip::tcp::socket socket) : socket_(std::move(socket)
   socket_.set_option(asio::ip::tcp::no_delay(true), ec);
   using UserTimeout = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_USER_TIMEOUT>;
   socket_.set_option(UserTimeout(static_cast<int>(kUserTimeoutMs)), ec);
+  socket_.non_blocking(true, ec);
   const auto endpoint = socket_.remote_endpoint(ec);
   if (!ec) peer_ = endpoint.address().to_string();
 }
@@ -65,15 +69,24 @@ asio::awaitable<bool> Connection::write(std::string_view head, std::span<const c
   const auto last =
       Clock::now() + patience +
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(allowed_s));
+  int at_once = 0;
   while (!head.empty() || !body.empty()) {
     const std::array<asio::const_buffer, 2> pieces = {
         asio::buffer(head.data(), head.size()),
         asio::buffer(body.data(), std::min(body.size(), kPieceBytes))};
-    const auto deadline = std::min(last, Clock::now() + patience);
-    const auto outcome =
-        co_await (socket_.async_write_some(pieces, kNoThrow) || sleep_until(deadline));
-    if (outcome.index() == 1) co_return false;
-    const auto [ec, count] = std::get<0>(outcome);
+    // The kernel mostly has room: only what it does not take at once is waited for. A fast reader
+    // of much must let others have their turn, too.
+    boost::system::error_code ec = asio::error::would_block;
+    std::size_t count = 0;
+    if (++at_once <= kPiecesAtOnce) count = socket_.write_some(pieces, ec);
+    if (ec == asio::error::would_block || ec == asio::error::interrupted) {
+      at_once = 0;
+      const auto deadline = std::min(last, Clock::now() + patience);
+      const auto outcome =
+          co_await (socket_.async_write_some(pieces, kNoThrow) || sleep_until(deadline));
+      if (outcome.index() == 1) co_return false;
+      std::tie(ec, count) = std::get<0>(outcome);
+    }
     if (ec) co_return false;
     const std::size_t of_head = std::min(count, head.size());
     head.remove_prefix(of_head);

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <cstddef>
-#include <deque>
-#include <mutex>
+#include <memory>
 #include <string>
-#include <unordered_map>
+#include <string_view>
 
 #include "api/problem.h"
 #include "api/render_request.h"
@@ -12,33 +10,28 @@
 namespace fstop::server {
 
 /// Predicts what a render will take before anything is allocated for it, from what renders took
-/// before: pixels x samples x time of a sample. Knows the scene and, coarsely, camera and method;
-/// where it has met neither it goes by all renders, at first by constants measured for the bundled
-/// scenes.
+/// before: how many samples an error takes, what a pixel costs at so many, and which requests the
+/// planner gives to `wave`, by scene, kind of camera and effects. Of a scene that it has not met it
+/// believes what it learnt of the others, at first what was measured for the bundled ones.
 class CostModel {
  public:
-  explicit CostModel(int threads) : threads_(threads) {}
+  explicit CostModel(int threads);
+  ~CostModel();
 
   api::CostPrediction predict(const SimulationSpec& spec, const std::string& scene_hash) const;
-  /// After a render: its samples per pixel on average, and milliseconds of processor time.
-  void learn(const SimulationSpec& spec, const std::string& scene_hash, double samples_mean,
-             double cpu_ms);
+
+  /// A render that is done.
+  struct Done {
+    std::string_view method = {};
+    double samples_mean = 0.0;  // a pixel
+    double cpu_ms = 0.0;        // processor time of the light path
+  };
+  void learn(const SimulationSpec& spec, const std::string& scene_hash, const Done& done);
 
  private:
-  // Means over the latest renders, of logarithms: renders differ by factors.
-  struct Memory {
-    double log_samples = 0.0;    // a pixel, brought to max_error 0.01
-    double log_sample_ns = 0.0;  // processor time of one
-    int renders = 0;
-    int chosen = 0;  // renders whose samples were not forced
-  };
-  Memory recalled(const SimulationSpec& spec, const std::string& scene_hash) const;
-  void learn_as(const std::string& key, bool is_forced, double log_samples, double log_sample_ns);
-
+  struct Memory;
   int threads_;
-  mutable std::mutex mutex_;
-  std::unordered_map<std::string, Memory> memories_ = {};
-  std::deque<std::string> order_ = {};  // the keys, oldest first: the bound on them
+  std::unique_ptr<Memory> memory_;
 };
 
 }  // namespace fstop::server

@@ -1,6 +1,7 @@
 #include "server/progress.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace fstop::server {
 namespace {
@@ -64,11 +65,15 @@ void Progress::show(const Image& picture, double upper_95) {
   const auto now = std::chrono::steady_clock::now();
   if (shown_ != Time{} && now - shown_ < kBetweenPreviews) return;
   shown_ = now;
-  auto preview = std::make_shared<const Image>(thumbnail(picture, kPreviewSide));
+  keep(thumbnail(picture, kPreviewSide), upper_95);
+}
+
+void Progress::keep(Image preview, double upper_95) {
+  auto shared = std::make_shared<const Image>(std::move(preview));
   const std::lock_guard lock(mutex_);
-  state_.preview = std::move(preview);
+  state_.preview = std::move(shared);
   state_.upper_95 = upper_95;
-  state_.shown = now;
+  state_.shown = std::chrono::steady_clock::now();
   ++state_.previews;
   ++state_.version;
 }

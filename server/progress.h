@@ -31,6 +31,8 @@ class Progress {
   void advance(double fraction);
   /// Keeps a copy of at most kPreviewSide pixels a side, at most one in kBetweenPreviews.
   void show(const Image& picture, double upper_95);
+  /// Takes a preview as it is.
+  void keep(Image preview, double upper_95);
   State state() const;
 
   static constexpr int kPreviewSide = 320;

@@ -47,6 +47,7 @@ struct RenderQueue::Job {
   SteadyClock::time_point submitted = {};
   int interested = 0;
   bool runs = false;
+  bool is_express = false;  // runs on such a slot
   bool ended = false;
   Result result = {};
   std::exception_ptr failure = {};
@@ -146,6 +147,8 @@ std::shared_ptr<RenderQueue::Job> RenderQueue::next(bool is_express) {
   for (const std::string& client : turns_) {
     for (const auto& job : lines_.at(client)) {
       if (is_express && !job->is_small) continue;
+      // What is small goes where small work was before: there the scene may be ready.
+      if (!is_express && job->is_small && busy_express_ < shape_.express_slots) continue;
       // What has no room waits for it, and is not passed by what has.
       return fits(*job) ? job : nullptr;
     }
@@ -177,6 +180,11 @@ void RenderQueue::serve(const std::stop_token& stop, bool is_express) {
       const auto is_there = [&] { return (job = next(is_express)) != nullptr; };
       if (!work_there_.wait(lock, stop, is_there)) return;
       drop(job);
+      if (is_express) {
+        job->is_express = true;
+        ++busy_express_;
+        work_there_.notify_all();  // small work that waits may go elsewhere now
+      }
       job->runs = true;
       running_.push_back(job);
       running_bytes_ += job->memory_bytes;
@@ -207,6 +215,7 @@ void RenderQueue::finish(const std::shared_ptr<Job>& job, Result result, std::ex
     const std::lock_guard lock(mutex_);
     if (std::erase(running_, job) > 0) {
       running_bytes_ -= job->memory_bytes;
+      if (job->is_express) --busy_express_;
       work_there_.notify_all();  // there may be room now
     }
     if (const auto found = in_flight_.find(job->id);

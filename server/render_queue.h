@@ -111,6 +111,7 @@ class RenderQueue {
   Counts counts_ = {};
   Shape shape_;
   bool closed_ = false;
+  int busy_express_ = 0;           // express slots that have work
   double running_bytes_ = 0.0;     // predicted
   double seconds_per_cost_ = 1.0;  // real over predicted seconds, smoothed over the latest renders
   std::vector<std::jthread> threads_ = {};

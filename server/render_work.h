@@ -14,6 +14,8 @@
 #include "server/render_cache.h"
 #include "server/render_queue.h"
 #include "server/scene_cache.h"
+#include "server/worker_crew.h"
+#include "server/worker_messages.h"
 
 namespace fstop::server {
 
@@ -26,12 +28,12 @@ struct WorkServices {
   const api::Limits& limits;
   Log& log;
   Metrics& metrics;
-  WorkerPool& pool;     // renders
-  WorkerPool& express;  // small renders beside them, which the system runs first
   RenderCache& renders;
   SceneCache& scenes;
   CostModel& costs;
-  Simulate simulate;
+  WorkerCrew* crew;   // null: renders run in this process
+  Simulate simulate;  // then: the light path, on
+  WorkerPool& pool;
 };
 
 /// A request with its scene identified and its cost predicted.
@@ -46,22 +48,28 @@ struct RenderTask {
   bool is_kept() const { return !request->spec.quality.max_time_ms; }
 };
 
-/// Makes renders, on threads of the queue.
+/// Makes renders: each thread of the queue leads one worker process through one at a time.
 class RenderWork {
  public:
   explicit RenderWork(WorkServices services) : services_(std::move(services)) {}
 
-  /// Renders, encodes the first file, keeps both. Throws: as simulate(); Refusal 504 for a render
-  /// past its time, 507 for one that cannot be kept.
+  /// Renders, encodes the first file, keeps both. A render whose worker process died is tried once
+  /// more. Throws: as simulate(); Refusal 500 where it died twice, 504 for a render past its time,
+  /// 507 for one that cannot be kept.
   std::shared_ptr<StoredRender> render(const RenderTask& task, const RenderQueue::Turn& turn);
 
  private:
+  WorkerResult made(const RenderTask& task, const RenderQueue::Turn& turn);
+  WorkerResult made_apart(const RenderTask& task, const SimulationSpec& spec,
+                          const RenderQueue::Turn& turn);
+  WorkerResult made_here(const RenderTask& task, const SimulationSpec& spec,
+                         const RenderQueue::Turn& turn);
   Photograph simulate_in_time(const SimulationSpec& spec, const RayScene& scene,
                               const RenderQueue::Turn& turn);
-  void finish(const RenderTask& task, const std::shared_ptr<StoredRender>& stored);
+  void finish(const RenderTask& task, const std::shared_ptr<StoredRender>& stored, double build_ms);
 
   WorkServices services_;
-  CpuMeter cpu_;
+  CpuMeter cpu_;  // of renders in this process
 };
 
 }  // namespace fstop::server

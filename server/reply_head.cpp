@@ -2,13 +2,10 @@
 
 #include <array>
 #include <ctime>
+#include <string>
 #include <utility>
 
-#include <boost/asio/buffer.hpp>
-#include <boost/beast/core/buffers_range.hpp>
-#include <boost/beast/http/empty_body.hpp>
-#include <boost/beast/http/message.hpp>
-#include <boost/beast/http/serializer.hpp>
+#include <boost/beast/http/status.hpp>
 
 #include "api/problem.h"
 #include "api/render_id.h"
@@ -16,37 +13,18 @@
 namespace fstop::server {
 namespace {
 
-namespace beast = boost::beast;
-
-beast::string_view view(std::string_view text) { return {text.data(), text.size()}; }
-
-// The time as RFC 9110 5.6.7 writes it; the process keeps the C locale.
-std::string http_date() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts = {};
-  gmtime_r(&now, &parts);
-  std::array<char, 64> text = {};
-  const std::size_t length =
-      std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &parts);
-  return {text.data(), length};
-}
-
-std::string serialized(const http::response<http::empty_body>& response) {
-  http::response_serializer<http::empty_body> serializer(response);
-  serializer.split(true);  // the header alone, without the last chunk of an empty body
-  std::string head;
-  beast::error_code ec;
-  while (!serializer.is_header_done() && !ec) {
-    serializer.next(ec, [&](beast::error_code&, const auto& buffers) {
-      std::size_t bytes = 0;
-      for (const auto buffer : beast::buffers_range_ref(buffers)) {
-        head.append(static_cast<const char*>(buffer.data()), buffer.size());
-        bytes += buffer.size();
-      }
-      serializer.consume(bytes);
-    });
+// The time as RFC 9110 5.6.7 writes it, made once a second; the process keeps the C locale.
+std::string_view http_date() {
+  thread_local std::time_t made_at = -1;
+  thread_local std::array<char, 64> text = {};
+  thread_local std::size_t length = 0;
+  if (const std::time_t now = std::time(nullptr); now != made_at) {
+    std::tm parts = {};
+    gmtime_r(&now, &parts);
+    length = std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    made_at = now;
   }
-  return head;
+  return {text.data(), length};
 }
 
 bool has_body(http::status status) {
@@ -56,19 +34,26 @@ bool has_body(http::status status) {
 }  // namespace
 
 std::string reply_head(const Reply& reply, bool keep_alive) {
-  http::response<http::empty_body> response(reply.status, 11);
-  response.set(http::field::date, view(http_date()));
-  response.set(http::field::server, view(api::engine_version()));
-  response.set("X-Content-Type-Options", "nosniff");
-  for (const auto& [name, value] : reply.headers) response.insert(view(name), view(value));
+  std::string head;
+  head.reserve(1024);
+  const auto line = [&](std::string_view name, std::string_view value) {
+    head.append(name).append(": ").append(value).append("\r\n");
+  };
+  const auto reason = http::obsolete_reason(reply.status);
+  head.append("HTTP/1.1 ").append(std::to_string(static_cast<unsigned>(reply.status))).append(" ");
+  head.append(reason.data(), reason.size()).append("\r\n");
+  line("Date", http_date());
+  line("Server", api::engine_version());
+  line("X-Content-Type-Options", "nosniff");
+  for (const auto& [name, value] : reply.headers) line(name, value);
   if (reply.next_piece) {
-    response.chunked(
-        keep_alive);  // else the connection's end is the body's: HTTP/1.0 has no chunks
+    // Else the connection's end is the body's: HTTP/1.0 has no chunks.
+    if (keep_alive) line("Transfer-Encoding", "chunked");
   } else if (has_body(reply.status)) {
-    response.content_length(reply.bytes().size());
+    line("Content-Length", std::to_string(reply.bytes().size()));
   }
-  if (!keep_alive) response.set(http::field::connection, "close");
-  return serialized(response);
+  if (!keep_alive) line("Connection", "close");
+  return head.append("\r\n");
 }
 
 Reply problem_reply(int status, std::string_view slug, const std::string& detail) {

@@ -8,14 +8,12 @@
 namespace fstop::server {
 namespace {
 
-std::vector<std::string_view> segments(std::string_view path) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const std::size_t slash = path.find('/');
-    parts.push_back(path.substr(0, slash));
-    if (slash == std::string_view::npos) return parts;
-    path.remove_prefix(slash + 1);
-  }
+// The first segment of `path`, which then begins behind it; `path` without data at its end.
+std::string_view next_segment(std::string_view& path) {
+  const std::size_t slash = path.find('/');
+  const std::string_view segment = path.substr(0, slash);
+  path = slash == std::string_view::npos ? std::string_view() : path.substr(slash + 1);
+  return segment;
 }
 
 bool is_parameter(std::string_view segment) {
@@ -24,17 +22,17 @@ bool is_parameter(std::string_view segment) {
 
 // What stands for the braces of `pattern` in `path`; empty optional where they differ.
 std::optional<std::vector<std::string>> captures(std::string_view pattern, std::string_view path) {
-  const auto expected = segments(pattern);
-  const auto given = segments(path);
-  if (expected.size() != given.size()) return std::nullopt;
   std::vector<std::string> values;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    if (is_parameter(expected[i]) && !given[i].empty()) {
-      values.emplace_back(given[i]);
-    } else if (expected[i] != given[i]) {
+  while (pattern.data() != nullptr && path.data() != nullptr) {
+    const std::string_view expected = next_segment(pattern);
+    const std::string_view given = next_segment(path);
+    if (is_parameter(expected) && !given.empty()) {
+      values.emplace_back(given);
+    } else if (expected != given) {
       return std::nullopt;
     }
   }
+  if (pattern.data() != nullptr || path.data() != nullptr) return std::nullopt;
   return values;
 }
 

@@ -6,32 +6,16 @@
 #include <system_error>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "api/render_id.h"
 #include "server/http_message.h"
+#include "server/worker_messages.h"
 
 namespace fstop::server {
 namespace {
 
 namespace fs = std::filesystem;
-
-template <typename Element>
-std::size_t bytes_of(const std::vector<Element>& elements) {
-  return elements.size() * sizeof(Element);
-}
-
-std::size_t bytes_of(const Scene& scene) {
-  std::size_t total = 0;
-  for (const TextureSource& texture : scene.textures) total += bytes_of(texture.image.pixels());
-  for (const Object& object : scene.objects) {
-    const auto* shape = std::get_if<MeshObject>(&object.shape);
-    if (shape == nullptr) continue;
-    const Mesh& mesh = shape->mesh;
-    total += bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.uvs) +
-             bytes_of(mesh.triangles);
-  }
-  return total;
-}
 
 // Name, size and time of every file below `folder`.
 std::string state_of(const fs::path& folder) {
@@ -90,55 +74,65 @@ std::string SceneCache::hash(const api::RenderRequest& request) {
   return hash;
 }
 
-void SceneCache::keep(api::LoadedScene loaded, const Source& source) {
+std::shared_ptr<const MemoryFile> SceneCache::keep(api::LoadedScene loaded, const Source& source) {
+  auto shared = std::make_shared<const MemoryFile>(scene_file(loaded.scene));
   const std::lock_guard lock(mutex_);
   ++counts_.loaded;
   auto entry = find_hash(loaded.hash);
   if (entry == entries_.end()) {
     entries_.push_front({.hash = loaded.hash});
     entry = entries_.begin();
-    entry->bytes = bytes_of(loaded.scene);
-    entry->loaded = std::move(loaded);
+    entry->bytes = shared->size();
+    entry->shared = std::move(shared);
   }
   std::erase_if(entry->sources, [&](const Source& known) { return known.key == source.key; });
   entry->sources.push_back(source);
   entries_.splice(entries_.begin(), entries_, entry);
   evict();
+  return entries_.front().shared;
+}
+
+std::shared_ptr<const MemoryFile> SceneCache::shared(const api::RenderRequest& request,
+                                                     const std::string& hash) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto entry = find_hash(hash); entry != entries_.end()) {
+      entries_.splice(entries_.begin(), entries_, entry);
+      return entries_.front().shared;
+    }
+  }
+  // It gave way to others while the request waited.
+  const Source source = source_of(request);
+  api::LoadedScene loaded = store_.load(request);
+  if (loaded.hash != hash) {
+    throw Refusal(http::status::conflict, "scene-changed",
+                  "the scene's files changed while the request waited");
+  }
+  return keep(std::move(loaded), source);
 }
 
 std::shared_ptr<const RayScene> SceneCache::scene(const api::RenderRequest& request,
                                                   const std::string& hash) {
+  const std::shared_ptr<const MemoryFile> bytes = shared(request, hash);
   std::unique_lock lock(mutex_);
-  for (auto entry = find_hash(hash); entry != entries_.end(); entry = find_hash(hash)) {
-    if (entry->built) {
-      entries_.splice(entries_.begin(), entries_, entry);
-      return entry->built;
-    }
-    if (!entry->building) break;
+  auto entry = find_hash(hash);
+  while (entry != entries_.end() && entry->building) {
     built_.wait(lock);
+    entry = find_hash(hash);
   }
-  if (find_hash(hash) == entries_.end()) {  // it gave way to others while the request waited
+  if (entry == entries_.end()) {  // it gave way to others just now
     lock.unlock();
-    const Source source = source_of(request);
-    api::LoadedScene loaded = store_.load(request);
-    if (loaded.hash != hash) {
-      throw Refusal(http::status::conflict, "scene-changed",
-                    "the scene's files changed while the request waited");
-    }
-    keep(std::move(loaded), source);
     return scene(request, hash);
   }
-  const auto entry = find_hash(hash);
+  if (entry->built) return entry->built;
   entry->building = true;  // and so not evicted
-  api::LoadedScene loaded = std::move(*entry->loaded);
-  entry->loaded.reset();
   lock.unlock();
   std::shared_ptr<const RayScene> built;
   try {
-    built = std::make_shared<const RayScene>(std::move(loaded.scene));
+    built = std::make_shared<const RayScene>(scene_of(*bytes));
   } catch (...) {
     lock.lock();
-    entries_.erase(entry);
+    entry->building = false;
     built_.notify_all();
     throw;
   }
@@ -146,7 +140,7 @@ std::shared_ptr<const RayScene> SceneCache::scene(const api::RenderRequest& requ
   ++counts_.built;
   entry->building = false;
   entry->built = built;
-  entry->bytes = built->memory_bytes() + bytes_of(built->scene());
+  entry->bytes = built->memory_bytes() + 2 * bytes->size();  // it holds its meshes, too
   built_.notify_all();
   evict();
   return built;

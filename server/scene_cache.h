@@ -5,17 +5,18 @@
 #include <list>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "api/render_request.h"
 #include "api/scene_store.h"
+#include "server/memory_file.h"
 
 namespace fstop::server {
 
-/// Scenes ready to be traced, by content hash; read and built once while they are in use, and kept
-/// within a bound on their bytes.
+/// Scenes by content hash, as bytes that worker processes share and, where this process traces
+/// rays itself, ready to be traced: read and built once while they are in use, and kept within a
+/// bound on their bytes.
 class SceneCache {
  public:
   SceneCache(const api::SceneStore& store, std::size_t max_bytes)
@@ -25,10 +26,14 @@ class SceneCache {
   /// unchanged (by size and time), else by reading them. Throws: as SceneStore::load.
   std::string hash(const api::RenderRequest& request);
 
+  /// The scene for a worker process to build. Throws: as SceneStore::load.
+  std::shared_ptr<const MemoryFile> shared(const api::RenderRequest& request,
+                                           const std::string& hash);
+
   /// The scene, built if it is not there. Throws: as SceneStore::load and RayScene.
   std::shared_ptr<const RayScene> scene(const api::RenderRequest& request, const std::string& hash);
 
-  /// Scenes read from files, and scenes built, since the start.
+  /// Scenes read from files, and scenes built here, since the start.
   struct Counts {
     int loaded = 0;
     int built = 0;
@@ -44,7 +49,7 @@ class SceneCache {
   struct Entry {
     std::string hash = {};
     std::vector<Source> sources = {};
-    std::optional<api::LoadedScene> loaded = {};  // until it is built
+    std::shared_ptr<const MemoryFile> shared = {};
     std::shared_ptr<const RayScene> built = {};
     bool building = false;
     std::size_t bytes = 0;
@@ -52,7 +57,7 @@ class SceneCache {
 
   Source source_of(const api::RenderRequest& request) const;
   std::list<Entry>::iterator find_hash(const std::string& hash);
-  void keep(api::LoadedScene loaded, const Source& source);
+  std::shared_ptr<const MemoryFile> keep(api::LoadedScene loaded, const Source& source);
   void evict();
 
   const api::SceneStore& store_;

@@ -64,7 +64,7 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
       store_(config.scene_folders, config.limits),
       files_(config.web_root),
       pool_(config.threads, kRenderNiceness),
-      express_pool_(config.threads, kExpressNiceness),
+      crew_(simulate ? nullptr : std::make_unique<WorkerCrew>(crew_shape(), log)),
       costs_(pool_.threads()),
       readers_(kReaderThreads, kReaderNiceness),
       encoders_(kEncoderThreads, kRenderNiceness),
@@ -74,12 +74,12 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
       work_({.limits = config_.limits,
              .log = log_,
              .metrics = metrics_,
-             .pool = pool_,
-             .express = express_pool_,
              .renders = renders_,
              .scenes = scenes_,
              .costs = costs_,
-             .simulate = std::move(simulate)}),
+             .crew = crew_.get(),
+             .simulate = std::move(simulate),
+             .pool = pool_}),
       jobs_(io_, config_.limits, log_),
       render_calls_({.limits = config_.limits,
                      .readers = readers_,
@@ -145,6 +145,16 @@ RenderQueue::Shape Server::queue_shape() const {
           .memory_bytes = static_cast<double>(config_.limits.render_bytes),
           .niceness = kRenderNiceness,
           .express_niceness = kExpressNiceness};
+}
+
+WorkerCrew::Shape Server::crew_shape() const {
+  return {.program = config_.worker_program,
+          .workers = config_.limits.concurrent_renders,
+          .express_workers = config_.limits.express_renders,
+          .threads = pool_.threads(),
+          .niceness = kRenderNiceness,
+          .express_niceness = kExpressNiceness,
+          .scene_bytes = config_.limits.kept_scene_bytes / 2};
 }
 
 void Server::add_routes() {

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -27,6 +28,7 @@
 #include "server/scene_cache.h"
 #include "server/scene_calls.h"
 #include "server/static_files.h"
+#include "server/worker_crew.h"
 #include "server/workers.h"
 
 namespace fstop::server {
@@ -35,8 +37,10 @@ namespace fstop::server {
 class Server {
  public:
   /// Listens when it returns; answers once run() is called.
-  /// Throws: Error{io_failure} if the address cannot be listened on.
-  Server(const ServerConfig& config, Log& log, Simulate simulate = fstop::simulate);
+  /// Renders run in worker processes, or, where `simulate` is given, in this one, by it.
+  /// Throws: Error{io_failure} if the address cannot be listened on or the worker program is not
+  ///         there.
+  Server(const ServerConfig& config, Log& log, Simulate simulate = {});
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
@@ -55,6 +59,9 @@ class Server {
   RenderQueue::Counts render_counts() const { return queue_.counts(); }
   RenderQueue::Counts chart_counts() const { return charts_.counts(); }
   SceneCache::Counts scene_counts() const { return scenes_.counts(); }
+  WorkerCrew::Counts worker_counts() const {
+    return crew_ ? crew_->counts() : WorkerCrew::Counts();
+  }
   ResultStore::Counts file_counts() const { return files_of_renders_.counts(); }
 
  private:
@@ -63,6 +70,7 @@ class Server {
   void add_docs();
   std::string metrics_text() const;
   RenderQueue::Shape queue_shape() const;
+  WorkerCrew::Shape crew_shape() const;
   boost::asio::awaitable<void> stop_when_idle();
   void drain();
   boost::asio::awaitable<void> drain_deadline();
@@ -77,8 +85,8 @@ class Server {
   api::SceneStore store_;
   StaticFiles files_;
   Metrics metrics_;
-  WorkerPool pool_;
-  WorkerPool express_pool_;
+  WorkerPool pool_;  // of this process: point spreads, and renders where there is no crew
+  std::unique_ptr<WorkerCrew> crew_;
   CostModel costs_;
   Workers readers_;
   Workers encoders_;

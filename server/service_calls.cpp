@@ -52,6 +52,16 @@ std::string queue_metrics(const RenderQueue::Counts& counts) {
                  counts.refused);
 }
 
+std::string worker_metrics(const WorkerCrew::Counts& counts) {
+  return gauge("fstop_workers", "Processes that render.", counts.workers) +
+         gauge("fstop_workers_resident_memory_bytes", "Of them all.",
+               static_cast<double>(counts.resident_bytes)) +
+         counter("fstop_worker_deaths_total", "Such processes that ended unasked.", counts.deaths) +
+         counter("fstop_workers_stopped_total", "Ended as they did not stop when told to.",
+                 counts.stopped) +
+         counter("fstop_scene_builds_total", "Scenes that they built.", counts.builds);
+}
+
 }  // namespace
 
 void Server::add_probes(Routes& routes) {
@@ -95,7 +105,7 @@ void Server::add_docs() {
 std::string Server::metrics_text() const {
   const RenderCache::Counts memory = renders_.counts();
   const ResultStore::Counts files = files_of_renders_.counts();
-  return metrics_.text() + queue_metrics(queue_.counts()) +
+  return metrics_.text() + queue_metrics(queue_.counts()) + worker_metrics(worker_counts()) +
          counter("fstop_cache_hits_total", "Results found finished.", memory.hits) +
          counter("fstop_cache_misses_total", "Results that had to be made.", memory.misses) +
          gauge("fstop_cache_memory_bytes", "Of results in memory.",

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/build_stop.h"
 #include "core/scene/mesh_islands.h"
 
 namespace fstop {
@@ -217,6 +218,7 @@ void assign_groups(std::span<Emitter> emitters) {
 std::vector<Emitter> find_emitters(const Scene& scene, std::span<const Texture> textures) {
   std::vector<float> peaks(scene.objects.size());
   for (std::size_t i = 0; i < peaks.size(); ++i) {
+    BuildStop::throw_if_requested();
     peaks[i] = peak_emission(scene, scene.objects[i], textures);
   }
   const float most = peaks.empty() ? 0.0F : std::ranges::max(peaks);
@@ -228,6 +230,7 @@ std::vector<Emitter> find_emitters(const Scene& scene, std::span<const Texture> 
   };
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     if (!(peaks[i] > threshold)) continue;
+    BuildStop::throw_if_requested();
     const Object& object = scene.objects[i];
     const ColorSource& emission =
         scene.materials[static_cast<std::size_t>(object.material)].emission;

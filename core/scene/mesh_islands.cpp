@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <unordered_map>
 
 #include "core/geometry.h"
 
@@ -126,6 +127,22 @@ std::vector<MeshIsland> mesh_islands(const Mesh& mesh) {
     islands[i].outwards = volume > 0.0 ? 1 : volume < 0.0 ? -1 : 0;
   }
   return islands;
+}
+
+Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
+  Mesh part;
+  std::unordered_map<std::uint32_t, std::uint32_t> renumbered;
+  for (const std::uint32_t i : triangles) {
+    std::array<std::uint32_t, 3> corners = mesh.triangles[i];
+    for (std::uint32_t& corner : corners) {
+      const auto next = static_cast<std::uint32_t>(part.positions.size());
+      const auto [known, is_new] = renumbered.try_emplace(corner, next);
+      if (is_new) part.positions.push_back(mesh.positions[corner]);
+      corner = known->second;
+    }
+    part.triangles.push_back(corners);
+  }
+  return part;
 }
 
 }  // namespace fstop

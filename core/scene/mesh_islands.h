@@ -18,4 +18,7 @@ struct MeshIsland {
 /// The islands of a mesh whose indices are in range, in the order of their first triangles.
 std::vector<MeshIsland> mesh_islands(const Mesh& mesh);
 
+/// The mesh of some triangles alone, without what only shading needs.
+Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles);
+
 }  // namespace fstop

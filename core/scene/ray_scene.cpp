@@ -8,13 +8,14 @@
 #include <cstring>
 #include <map>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include <embree3/rtcore.h>
 
+#include "core/build_stop.h"
 #include "core/error.h"
 #include "core/scene/half_packets.h"
+#include "core/scene/mesh_islands.h"
 
 namespace fstop {
 namespace {
@@ -120,23 +121,6 @@ std::vector<std::uint32_t> triangle_masks(const std::vector<Emitter>& emitters,
   return masks;
 }
 
-// The mesh of some triangles alone, without what only shading needs.
-Mesh selected(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
-  Mesh part;
-  std::unordered_map<std::uint32_t, std::uint32_t> renumbered;
-  for (const std::uint32_t i : triangles) {
-    std::array<std::uint32_t, 3> corners = mesh.triangles[i];
-    for (std::uint32_t& corner : corners) {
-      const auto next = static_cast<std::uint32_t>(part.positions.size());
-      const auto [known, is_new] = renumbered.try_emplace(corner, next);
-      if (is_new) part.positions.push_back(mesh.positions[corner]);
-      corner = known->second;
-    }
-    part.triangles.push_back(corners);
-  }
-  return part;
-}
-
 }  // namespace
 
 struct RayScene::Acceleration {
@@ -148,6 +132,7 @@ struct RayScene::Acceleration {
     scene = rtcNewScene(device);
     // Watertight along shared edges: no light leaks between a mesh's triangles.
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneProgressMonitorFunction(scene, &Acceleration::on_progress, this);
     has_packets = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
     has_halves = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
   }
@@ -167,11 +152,17 @@ struct RayScene::Acceleration {
     static_cast<Acceleration*>(self)->bytes += bytes;
     return true;
   }
+  // On any thread of Embree's.
+  static bool on_progress(void* self, double) {
+    return !static_cast<Acceleration*>(self)->stop.stop_requested();
+  }
   void check() const {
+    BuildStop::throw_if_requested();
     if (message.empty()) return;
     throw Error(out_of_memory ? ErrorCode::over_budget : ErrorCode::bad_geometry, message);
   }
 
+  const std::stop_token stop = BuildStop::current();
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   bool has_packets = false;  // of kLanes
@@ -239,6 +230,7 @@ RayScene::RayScene(Scene scene)
           .file = "quad", .interpolation = Interpolation::flat, .mesh = triangles_of(*quad)};
     }
     check_shape(object);
+    BuildStop::throw_if_requested();
   }
   emitters_ = find_emitters(scene_, textures_);
   for (const Object& object : scene_.objects) {

@@ -6,10 +6,12 @@
 #include <numbers>
 #include <optional>
 #include <random>
+#include <stop_token>
 #include <utility>
 
 #include <gtest/gtest.h>
 
+#include "core/build_stop.h"
 #include "core/error.h"
 
 namespace fstop {
@@ -39,6 +41,28 @@ Object mesh(Mesh triangles, Interpolation interpolation = Interpolation::phong) 
 // A right angle of two metres at (0, 0, -3), facing +z.
 Mesh one_triangle() {
   return {.positions = {{0, 0, -3}, {2, 0, -3}, {0, 2, -3}}, .triangles = {{0, 1, 2}}};
+}
+
+TEST(BuildStop, ScenesAreGivenUpOnceItIsAskedForAndNotBefore) {
+  std::stop_source source;
+  const auto is_given_up = [] {
+    try {
+      const RayScene scene(scene_of({mesh(one_triangle())}));
+      return false;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::cancelled);
+      return true;
+    }
+  };
+  {
+    const BuildStop outer(source.get_token());
+    EXPECT_FALSE(is_given_up());
+    source.request_stop();
+    EXPECT_TRUE(is_given_up());
+    const BuildStop inner{std::stop_token()};
+    EXPECT_FALSE(is_given_up()) << "the newest counts";
+  }
+  EXPECT_FALSE(is_given_up()) << "it ends with its block";
 }
 
 struct Hit {

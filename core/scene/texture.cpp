@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/build_stop.h"
 #include "core/error.h"
 #include "core/fast_math.h"
 #include "core/sampling/sequence.h"
@@ -56,6 +57,7 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   texels_.resize(static_cast<std::size_t>(full.stride) *
                  (static_cast<std::size_t>(full.height) + 1));
   for (int y = 0; y < image.height(); ++y) {
+    BuildStop::throw_if_requested();
     for (int x = 0; x < image.width(); ++x) {
       const float* p = image.at(x, y);
       texel(full, static_cast<std::size_t>(x), static_cast<std::size_t>(y)) =
@@ -77,6 +79,7 @@ void Texture::add_level(const Level& finer_level) {
   texels_.resize(coarser.first + static_cast<std::size_t>(coarser.stride) *
                                      (static_cast<std::size_t>(coarser.height) + 1));
   for (int y = 0; y < coarser.height; ++y) {
+    BuildStop::throw_if_requested();
     const Overlap rows = overlap_of(y, coarser.height, finer.height);
     for (int x = 0; x < coarser.width; ++x) {
       const Overlap columns = overlap_of(x, coarser.width, finer.width);

@@ -34,6 +34,7 @@ class ServerProcess {
   ServerProcess& operator=(const ServerProcess&) = delete;
 
   std::uint16_t port() const noexcept { return port_; }
+  pid_t id() const noexcept { return process_; }
   void signal(int number) const;
   /// The exit code, as in Outcome.
   int wait();

@@ -177,7 +177,7 @@ TEST_F(Renders, ScenesAreReadAgainOnlyWhenTheirFilesChange) {
   render(10);
   render(11);
   EXPECT_EQ(server_.server().scene_counts().loaded, 1);
-  EXPECT_EQ(server_.server().scene_counts().built, 1);
+  EXPECT_EQ(server_.server().worker_counts().builds, 1U);
   std::string text = text_of_file(server_.folder().path() / "scenes/tiny/scene.json");
   text.replace(text.find("0.2, 0.4, 0.6"), 13, "0.9, 0.4, 0.6");
   server_.folder().write("scenes/tiny/scene.json", text);
@@ -185,7 +185,7 @@ TEST_F(Renders, ScenesAreReadAgainOnlyWhenTheirFilesChange) {
   EXPECT_EQ(changed.status, 200);
   EXPECT_NE(changed.header("fstop-render-id"), id);
   EXPECT_EQ(server_.server().scene_counts().loaded, 2);
-  EXPECT_EQ(server_.server().scene_counts().built, 2);
+  EXPECT_EQ(server_.server().worker_counts().builds, 2U);
 }
 
 TEST_F(Renders, TimeBoundRendersAreNotKept) {

@@ -104,6 +104,7 @@ TestServer::TestServer(Options options) {
       .probe_port = 0,
       .upload_folder = options.takes_scenes ? folder_.path() / "scenes" : fs::path(),
       .program = FSTOP_PROGRAM,
+      .worker_program = FSTOP_WORKER,
       .result_folder = options.result_folder,
       .web_root = (folder_.path() / "web").string(),
       .scene_folders = {folder_.path() / "scenes"},

@@ -62,7 +62,7 @@ class TestServer {
     bool takes_scenes = false;
     std::filesystem::path result_folder = {};  // empty: results stay in memory
     std::string address = "127.0.0.1";
-    server::Simulate simulate = fstop::simulate;
+    server::Simulate simulate = {};  // empty: in worker processes
     int threads = 0;
   };
   TestServer() : TestServer(Options{}) {}
