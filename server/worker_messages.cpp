@@ -23,88 +23,87 @@ static_assert(Plain<PatternChoice> && Plain<HalftoneSpec>);
 static_assert(Plain<ObjectPlane> && Plain<Light> && Plain<SphereObject> && Plain<QuadObject>);
 
 template <typename Stream>
-void pass(Stream& stream, Is<QualitySpec> auto& quality) {
-  auto& [max_error, max_time_ms, method, samples, sampling, texture_width_px, most_samples] =
-      quality;
+void pass(Stream& stream, Is<QualitySpec> auto& value) {
+  auto& [max_error, max_time_ms, method, samples, sampling, texture_width_px, most_samples] = value;
   stream(max_error, max_time_ms, method, samples, sampling, texture_width_px, most_samples);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<SimulationSpec> auto& spec) {
-  auto& [camera, width, height, quality, effects, outputs, seed, halftone] = spec;
+void pass(Stream& stream, Is<SimulationSpec> auto& value) {
+  auto& [camera, width, height, quality, effects, outputs, seed, halftone] = value;
   stream(camera, width, height, quality, effects, outputs, seed, halftone);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<ModelledEffect> auto& effect) {
-  auto& [effect, modelled, bound, why] = effect;
+void pass(Stream& stream, Is<ModelledEffect> auto& value) {
+  auto& [effect, modelled, bound, why] = value;
   stream(effect, modelled, bound, why);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<PassedOverMethod> auto& method) {
-  auto& [method, why] = method;
+void pass(Stream& stream, Is<PassedOverMethod> auto& value) {
+  auto& [method, why] = value;
   stream(method, why);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<OpticalSummary> auto& optics) {
+void pass(Stream& stream, Is<OpticalSummary> auto& value) {
   auto& [image_distance, magnification, near, far, hyperfocal, coc_limit, working_f_number,
          airy_diameter, view_angle, focal_px, principal_point, illuminance_on_axis,
-         illuminance_at_corner, at] = optics;
+         illuminance_at_corner, at] = value;
   stream(image_distance, magnification, near, far, hyperfocal, coc_limit, working_f_number,
          airy_diameter, view_angle, focal_px, principal_point, illuminance_on_axis,
          illuminance_at_corner, at);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<RenderReport> auto& report) {
-  auto& [method, model, passed_over, error, optics, cost, warnings] = report;
+void pass(Stream& stream, Is<RenderReport> auto& value) {
+  auto& [method, model, passed_over, error, optics, cost, warnings] = value;
   stream(method, model, passed_over, error, optics, cost, warnings);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<Photograph> auto& photograph) {
-  auto& [report, color, layers] = photograph;
+void pass(Stream& stream, Is<Photograph> auto& value) {
+  auto& [report, color, layers] = value;
   stream(report, color, layers);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<TextureSource> auto& texture) {
-  auto& [name, file, color_space, filter, wrap, image] = texture;
+void pass(Stream& stream, Is<TextureSource> auto& value) {
+  auto& [name, file, color_space, filter, wrap, image] = value;
   stream(name, file, color_space, filter, wrap, image);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<Material> auto& material) {
+void pass(Stream& stream, Is<Material> auto& value) {
   auto& [name, model, emission, ambient, diffuse, specular, shininess, reflection, transmission,
-         ior, fresnel, reflection_exponent, transmission_exponent] = material;
+         ior, fresnel, reflection_exponent, transmission_exponent] = value;
   stream(name, model, emission, ambient, diffuse, specular, shininess, reflection, transmission,
          ior, fresnel, reflection_exponent, transmission_exponent);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<Mesh> auto& mesh) {
-  auto& [positions, normals, uvs, triangles] = mesh;
+void pass(Stream& stream, Is<Mesh> auto& value) {
+  auto& [positions, normals, uvs, triangles] = value;
   stream(positions, normals, uvs, triangles);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<MeshObject> auto& object) {
-  auto& [file, interpolation, crease_angle, mesh] = object;
+void pass(Stream& stream, Is<MeshObject> auto& value) {
+  auto& [file, interpolation, crease_angle, mesh] = value;
   stream(file, interpolation, crease_angle, mesh);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<Object> auto& object) {
-  auto& [shape, material, velocity] = object;
+void pass(Stream& stream, Is<Object> auto& value) {
+  auto& [shape, material, velocity] = value;
   stream(shape, material, velocity);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<Scene> auto& scene) {
+void pass(Stream& stream, Is<Scene> auto& value) {
   auto& [title, description, textures, materials, objects, lights, ambient_light, background] =
-      scene;
+      value;
   stream(title, description, textures, materials, objects, lights, ambient_light, background);
 }
 
@@ -113,14 +112,14 @@ void pass(Stream& stream, Is<Scene> auto& scene) {
 namespace fstop::server {
 
 template <typename Stream>
-void pass(Stream& stream, Is<WorkerJob> auto& job) {
-  auto& [spec, scene_hash, wants_previews] = job;
+void pass(Stream& stream, Is<WorkerJob> auto& value) {
+  auto& [spec, scene_hash, wants_previews] = value;
   stream(spec, scene_hash, wants_previews);
 }
 
 template <typename Stream>
-void pass(Stream& stream, Is<WorkerResult> auto& result) {
-  auto& [photograph, cpu_ms, build_ms] = result;
+void pass(Stream& stream, Is<WorkerResult> auto& value) {
+  auto& [photograph, cpu_ms, build_ms] = value;
   stream(photograph, cpu_ms, build_ms);
 }
 
