@@ -244,7 +244,7 @@ describe("picture", { timeout: 600_000 }, () => {
     await page.goto(server.url + kDraft.replace("0.03", "0.02"));
     await finished(page);
     const widths = replies.map((reply) => reply.request().postDataJSON().image.width);
-    assert.deepEqual(widths, [240, 480, 960]);
+    assert.deepEqual(widths, [642, 642, 960]);
     const caption = await page.locator("fstop-picture figcaption").innerText();
     const told = /below\s*([\d.]+)\s*at 95/.exec(caption);
     assert.ok(Number(told[1]) <= 0.02, caption);
