@@ -175,7 +175,8 @@ MeasurementRequest parse_measurement_request(std::string_view body, const Limits
   for (ObjectReader& item : root.objects("measurements", limits.measurements)) {
     request.questions.push_back(read_question(item));
   }
-  if (root.clean() && request.questions.empty())
+  const auto asked = value.find("measurements");
+  if (asked == value.end() || (asked->is_array() && asked->empty()))
     root.fault("measurements", "must be an array of 1 to " + std::to_string(limits.measurements));
   root.reject_unread_members();
   faults.throw_if_any();

@@ -136,6 +136,7 @@ TEST(MeasurementRequest, MeasuresTheOtherKindsToo) {
 TEST(MeasurementRequest, RefusesWithEveryFault) {
   using Pointers = std::vector<std::string>;
   const std::string spot = R"("measurements": [{"kind": "spot"}])";
+  EXPECT_EQ(pointers("{}"), (Pointers{"#", "#/measurements"}));
   EXPECT_EQ(pointers("{" + spot + "}"), Pointers{"#"});
   EXPECT_EQ(pointers(R"({"render": "x", "image": {}, )" + spot + "}"), Pointers{"#"});
   EXPECT_EQ(pointers(R"({"render": "x", )" + spot + "}"), Pointers{"#/render"});

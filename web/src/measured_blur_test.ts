@@ -26,8 +26,8 @@ describe("measured blur", () => {
   it("photographs a lamp whose disc fills the sensor, its own image a twentieth of it", () => {
     const { request, lamp_px } = lamp_shot(kDefaultState, row(3, 2), 50);
     expect(request.camera.sensor_mm).toEqual([3.2, 3.2]);
-    expect(request.image).toMatchObject({ width: 77, height: 77 });
-    expect(lamp_px).toBeCloseTo((0.1 / 3.2) * 77, 9); // 2 mm / 20
+    expect(request.image).toMatchObject({ width: 39, height: 39 });
+    expect(lamp_px).toBeCloseTo((0.1 / 3.2) * 39, 9); // 2 mm / 20
     const { objects } = request.scene as { objects: { center_m: number[]; radius_m: number }[] };
     expect(objects[0]).toMatchObject({ center_m: [0, 0, -3] });
     expect(objects[0]?.radius_m).toBeCloseTo(0.003, 9); // 0.05 mm * 3 m / 50 mm
