@@ -58,8 +58,8 @@ export class FstopApp extends LitElement {
 
   private picture_task_(take: (update: Partial<PictureView>) => void): LatestTask<PlaygroundState> {
     return new LatestTask<PlaygroundState>(async (wanted, signal, has_result, urgency) => {
-      const held = urgency === "patient" ? this.pace_ : undefined;
-      for await (const update of picture_updates(this.client_, wanted, signal, held)) {
+      const hand = { pace: this.pace_, is_held: urgency === "patient" };
+      for await (const update of picture_updates(this.client_, wanted, signal, hand)) {
         take(update);
         if (update.image) has_result();
       }

@@ -107,21 +107,27 @@ export const kNoPicture: PictureView = {
   complaint: kNoComplaint,
 };
 
+/// Whether a hand holds what changes, and how fast previews come.
+export interface Hand {
+  pace: PreviewPace;
+  is_held: boolean;
+}
+
 /// The calls that a picture needs.
 export type PictureSource = Pick<ApiClient, "render" | "report" | "layer">;
 
-/// Yields what changes on the way. `held`: a hand is still moving, so the first preview is as large
+/// Yields what changes on the way. `hand`: while it is still moving, the first preview is as large
 /// as it may be to come in time. Ends early, saying nothing more, when `signal` aborts;
 /// an error becomes the last update.
 export async function* picture_updates(
   source: PictureSource,
   state: PlaygroundState,
   signal: AbortSignal,
-  held?: PreviewPace,
+  hand?: Hand,
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
     yield { complaint: kNoComplaint, progress: undefined };
-    const first = held ? held_pass(state, held) : kPreviewPass;
+    const first = hand?.is_held ? held_pass(state, hand.pace) : kPreviewPass;
     for (const pass of [first, ...kLaterPasses]) {
       const { activity } = pass;
       const request = pass_request(state, pass);
@@ -136,7 +142,7 @@ export async function* picture_updates(
         yield preview ? { ...step.value, image: preview, shown: state } : step.value;
       }
       const image = step.value;
-      if (pass === first) held?.learn(pass.size(state), image.round_trip_ms);
+      if (pass === first) hand?.pace.learn(pass.size(state), image.round_trip_ms);
       yield { image, shown: state, progress: undefined };
       if (pass.max_time_ms !== undefined) await pause(kRefinementDelay_ms, signal);
       // The server does not keep what was made against the clock, nor its report.

@@ -48,10 +48,11 @@ async function views(
   source: PictureSource,
   state: PlaygroundState,
   signal: AbortSignal,
-  held?: PreviewPace,
+  pace?: PreviewPace,
 ) {
   const seen: PictureView[] = [kNoPicture];
-  for await (const update of picture_updates(source, state, signal, held))
+  const hand = pace && { pace, is_held: true };
+  for await (const update of picture_updates(source, state, signal, hand))
     seen.push({ ...(seen.at(-1) ?? kNoPicture), ...update });
   return seen;
 }
