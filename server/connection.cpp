@@ -113,6 +113,11 @@ asio::awaitable<void> Connection::linger() {
   }
 }
 
+bool Connection::has_waiting() const {
+  boost::system::error_code ec;
+  return socket_.available(ec) > 0;
+}
+
 void Connection::abort() noexcept {
   boost::system::error_code ec;
   socket_.close(ec);

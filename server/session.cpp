@@ -38,12 +38,15 @@ Session::Session(asio::ip::tcp::socket socket, const SessionContext& context, st
 
 void Session::finish() {
   finishing_ = true;
-  if (!busy_) connection_.abort();
+  // A request that has come is answered, even if it is only about to be read.
+  if (!busy_ && !connection_.has_waiting()) connection_.abort();
 }
 
 asio::awaitable<void> Session::run() {
-  bool more = true;
-  while (more && !finishing_) more = co_await exchange();
+  bool more = false;
+  do {
+    more = co_await exchange();
+  } while (more && !finishing_);
 }
 
 // Reads one request and answers it. False: the connection has ended.

@@ -5,12 +5,13 @@ import io
 import itertools
 import json
 import random
+import re
 import sys
 import threading
 import time
 import zipfile
 
-from served import (HOST, OPTICS, SCENE, arguments, ask, connect, load, render, request_bytes, require, reset, served,
+from served import (OPTICS, SCENE, arguments, connect, load, render, request_bytes, require, reset, served,
                     together)
 
 CLIENTS = 48
@@ -48,6 +49,15 @@ def seeds() -> list[bytes]:
 
 
 def mutated(data: bytes, dice: random.Random) -> bytes:
+    """Anywhere, or within the body alone, whose length then is told."""
+    head, _, body = data.partition(b"\r\n\r\n")
+    if body and b"Content-Length" in head and dice.randrange(2):
+        body = changed(body, dice)
+        return re.sub(rb"Content-Length: \d+", b"Content-Length: %d" % len(body), head) + b"\r\n\r\n" + body
+    return changed(data, dice)
+
+
+def changed(data: bytes, dice: random.Random) -> bytes:
     out = bytearray(data)
     for _ in range(dice.randint(1, 4)):
         if not out:

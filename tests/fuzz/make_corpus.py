@@ -204,7 +204,7 @@ def image() -> dict[str, bytes]:
         "alpha": png(2, 1, 8, 6, b"\4" + bytes(range(8)), more=png_chunk(b"tEXt", b"k\0v")),
         "rgb16": png(1, 2, 16, 2, (b"\2" + bytes(6)) * 2),
         "palette": png(4, 1, 2, 3, b"\0\x1b", more=png_chunk(b"PLTE", bytes(12)) + png_chunk(b"tRNS", b"\0")),
-        "interlaced": png(3, 3, 8, 0, b"\0\1\0\2\0\3\4\0\5\6\7", interlaced=1),
+        "interlaced": png(3, 3, 8, 0, b"\0\1\0\2\0\3\4\0\5\0\6\0\7\7\7", interlaced=1),
         "jpeg": jpeg(), "exr-plain": exr(0), "exr-zips": exr(2), "exr-zip": exr(3),
     }
     return {name: bytes([number % 2]) + data for number, (name, data) in enumerate(files.items())}

@@ -266,10 +266,21 @@ INSTANTIATE_TEST_SUITE_P(Heads, Hostile, testing::ValuesIn(heads()));
 INSTANTIATE_TEST_SUITE_P(Bodies, Hostile, testing::ValuesIn(bodies()));
 
 std::string mutated(std::string bytes, Dice& dice) {
-  const std::vector<std::string> pieces = {
-      "\r\n", "\r\n\r\n", "\0", ": ", "chunked", "0\r\n\r\n", "Content-Length: 3\r\n",
-      "%00",  "../",      "\"", "{",  "]",       "1e999",     "HTTP/1.1",
-      "\xff"};
+  const std::vector<std::string> pieces = {"\r\n",
+                                           "\r\n\r\n",
+                                           std::string(1, '\0'),
+                                           ": ",
+                                           "chunked",
+                                           "0\r\n\r\n",
+                                           "Content-Length: 3\r\n",
+                                           "%00",
+                                           "../",
+                                           "\"",
+                                           "{",
+                                           "]",
+                                           "1e999",
+                                           "HTTP/1.1",
+                                           "\xff"};
   for (std::uint32_t i = 1 + dice.below(4); i > 0 && !bytes.empty(); --i) {
     const std::size_t at = dice.below(bytes.size());
     switch (dice.below(5)) {
