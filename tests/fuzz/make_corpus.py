@@ -82,15 +82,13 @@ def path() -> dict[str, bytes]:
 
 
 def request() -> dict[str, bytes]:
-    operations = {"/v1/renders": 0, "/v1/optics": 2, "/v1/psf": 3, "/v1/charts": 4}
     contract = json.loads((ROOT / "api/openapi.json").read_text())
     inputs = {"scene": b"\x01" + json.dumps(SCENE).encode()}
-    for target, kind in operations.items():
+    for target in ("/v1/renders", "/v1/optics", "/v1/psf", "/v1/charts"):
         body = contract["paths"][target]["post"]["requestBody"]["content"]["application/json"]["example"]
-        inputs[target.rsplit("/", 1)[1]] = bytes([kind]) + json.dumps(body).encode()
+        inputs[target.rsplit("/", 1)[1]] = b"\x00" + json.dumps(body).encode()
     for file in sorted((ROOT / "api/examples").glob("*.json")):
-        kind = {"optics": 2, "psf": 3, "chart": 4}.get(file.stem.split("-")[0], 0)
-        inputs[f"example-{file.stem}"] = bytes([kind]) + file.read_bytes()
+        inputs[f"example-{file.stem}"] = b"\x00" + file.read_bytes()
     inputs["everything"] = b"\x00" + json.dumps({
         "scene": SCENE,
         "camera": {"pinhole": {"image_distance_mm": 50, "diameter_mm": "optimal", "criterion": "mtf50"},
