@@ -79,7 +79,7 @@ def ask_until_over(port: int, round_: Round, number: int) -> None:
 
 def life(program: str, folder: Path, number: int, first_seed: int, dice: random.Random) -> tuple[Round, Served]:
     """A server, from its start to `number`, which comes at a random instant."""
-    server = Served(program, folder)
+    server = Served(program, folder, "--drain-s", "120")  # however busy the machine is
     round_ = Round(first_seed)
     clients = [threading.Thread(target=ask_until_over, args=(server.port, round_, i), daemon=True) for i in range(CLIENTS)]
     for client in clients:
@@ -119,7 +119,7 @@ def campaign(program: str, number: int, rounds: int) -> None:
     start = time.monotonic()
     try:
         for count in range(rounds):
-            round_, _ = life(program, folder, number, seed, dice)
+            round_, server = life(program, folder, number, seed, dice)
             seed = round_.seed
             answered += round_.answered
             results = dict(round_.results)
@@ -127,7 +127,9 @@ def campaign(program: str, number: int, rounds: int) -> None:
                 # A job is only a promise: what was not told to be done may be gone with it.
                 results = {name: digest for name, digest in results.items() if digest}
             else:
-                require(not round_.lost, f"round {count}: {len(round_.lost)} requests were sent and never answered")
+                late = len(server.events("drain_deadline"))
+                require(not round_.lost, f"round {count}: {len(round_.lost)} requests were sent and never answered, "
+                                         f"{late} drains too late so far")
             jobs += sum(not digest for digest in results.values())
             again = dict(dice.sample(sorted(everything.items()), min(REMEMBERED, len(everything))))
             after = Served(program, folder)

@@ -149,7 +149,7 @@ class Served:
         """The exit code after this signal."""
         self.send(number)
         try:
-            return self.process.wait(60)
+            return self.process.wait(150)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
@@ -215,7 +215,7 @@ def read_answer(connection: socket.socket, method: str = "GET") -> Answer:
 
 
 def ask(port: int, method: str, target: str, body=None, headers: dict | None = None, source: str = "",
-        timeout_s: float = 120) -> Answer:
+        timeout_s: float = 600) -> Answer:
     """One request on a connection of its own. `body`: bytes, or what becomes JSON."""
     content = body if isinstance(body, bytes) else b"" if body is None else json.dumps(body).encode()
     with connect(port, source, timeout_s) as connection:

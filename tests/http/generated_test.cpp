@@ -151,9 +151,9 @@ TEST_P(Generated, WhatViolatesTheContractIsRefusedAtThatPlace) {
     ASSERT_NE(schema.objection(wrong.value), "") << wrong.what << '\n' << wrong.value;
     const Answer reply = answer(wrong.value);
     ASSERT_EQ(reply.status, 422) << i << ": " << reply.body << '\n' << wrong.value;
-    const json problem = json::parse(reply.body);
+    const json errors = json::parse(reply.body).value("errors", json::array());
     bool is_told = false;
-    for (const json& error : problem.at("errors"))
+    for (const json& error : errors)
       is_told = is_told || error.at("pointer") == wrong.pointer;
     EXPECT_TRUE(is_told) << i << ": " << wrong.what << " at " << wrong.pointer << ": " << reply.body
                          << '\n'
