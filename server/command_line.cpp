@@ -97,6 +97,8 @@ void add_serve(CommandLine& line) {
       ->capture_default_str();
   command->add_option("--cache-mib", options.cache_mib, "of results, in the data directory")
       ->capture_default_str();
+  command->add_option("--memory-mib", options.memory_mib, "of results, in memory")
+      ->capture_default_str();
   for (const std::string& name : option_names(*command))
     command->get_option("--" + name)->envname(variable_of(name));
   command
