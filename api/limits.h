@@ -35,6 +35,12 @@ struct Limits {
   double psf_operations = 4e8;     // nodes, edges and series' terms: 15 ns each
   int waiting_psfs = 16;           // on the server; more are answered 503
 
+  // One request for measurements in a picture.
+  std::size_t measurements = 64;
+  double measured_pixels = 2'097'152;                               // 2^21, over all of them
+  std::size_t measured_image_pixels = std::size_t{4} * 1'048'576;  // of a picture that is sent
+  int waiting_measurements = 16;  // on the server; more are answered 503
+
   // One chart of speed against accuracy.
   std::int64_t chart_pixels = 1'048'576;       // 2^20, of each picture
   std::int64_t chart_samples = 4'000'000'000;  // over all pixels of points and reference

@@ -8,6 +8,7 @@
 
 #include "api/chart_request.h"
 #include "api/contract_schema.h"
+#include "api/measurement_request.h"
 #include "api/optics_request.h"
 #include "api/problem.h"
 #include "api/psf_request.h"
@@ -26,7 +27,7 @@ std::string file_text(const fs::path& path) {
 }
 
 /// A kind of request, and the schema of its name.
-enum class Kind { render, optics, psf, chart };
+enum class Kind { render, optics, psf, chart, measurement };
 
 std::string schema_of(Kind kind) {
   switch (kind) {
@@ -38,6 +39,8 @@ std::string schema_of(Kind kind) {
       return "PsfRequest";
     case Kind::chart:
       return "ChartRequest";
+    case Kind::measurement:
+      return "MeasurementRequest";
   }
   return {};
 }
@@ -45,6 +48,7 @@ std::string schema_of(Kind kind) {
 Kind kind_of_file(const std::string& name) {
   if (name.starts_with("optics")) return Kind::optics;
   if (name.starts_with("chart")) return Kind::chart;
+  if (name.starts_with("measurements")) return Kind::measurement;
   return name.starts_with("psf") ? Kind::psf : Kind::render;
 }
 
@@ -62,6 +66,9 @@ bool parses(const json& request, Kind kind) {
         break;
       case Kind::chart:
         parse_chart_request(request.dump(), Limits{}, SceneNames::stored_only);
+        break;
+      case Kind::measurement:
+        parse_measurement_request(request.dump(), Limits{});
         break;
     }
     return true;
@@ -123,12 +130,13 @@ TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
     EXPECT_TRUE(parses(example, kind)) << entry.path();
     ++examples;
   }
-  EXPECT_GE(examples, 9);
+  EXPECT_GE(examples, 10);
   const json paths = json::parse(openapi_json()).at("paths");
   for (const auto& [path, kind] : {std::pair{"/v1/renders", Kind::render},
                                    {"/v1/optics", Kind::optics},
                                    {"/v1/psf", Kind::psf},
-                                   {"/v1/charts", Kind::chart}}) {
+                                   {"/v1/charts", Kind::chart},
+                                   {"/v1/measurements", Kind::measurement}}) {
     const json& content = paths.at(path).at("post").at("requestBody").at("content");
     const json& example = content.at("application/json").at("example");
     EXPECT_EQ(ContractSchema(schema_of(kind)).objection(example), "") << path;
@@ -362,6 +370,68 @@ TEST(OpenApi, AgreesWithTheParserOnCharts) {
                     {"/effects", R"({"diffraction": "off"})", true},
                     {"/quality", "{}", false},
                     {"/outputs", R"(["color"])", false}});
+}
+
+TEST(OpenApi, AgreesWithTheParserOnMeasurements) {
+  const std::string id(64, 'a');
+  const json original = {{"render", id},
+                         {"measurements",
+                          {{{"kind", "spot"}},
+                           {{"kind", "slanted-edge"}},
+                           {{"kind", "star"},
+                            {"center_px", {{"x", 9}, {"y", 9}}},
+                            {"cycles", 12},
+                            {"mean", 0.5},
+                            {"amplitude", 0.5},
+                            {"radii_px", {4}}},
+                           {{"kind", "sharpness"}},
+                           {{"kind", "disc-edge"}}}}};
+  expect_agreement(
+      original, Kind::measurement,
+      {{"/render", "\"abc\"", false},
+       {"/render", "1", false},
+       {"/image", R"({"base64": "AAAA"})", false},  // beside render
+       {"/unknown", "1", false},
+       {"/measurements", "[]", false},
+       {"/measurements", "{}", false},
+       {"/measurements", R"([{"kind": "guess"}])", false},
+       {"/measurements", R"([{}])", false},
+       {"/measurements/0/channel", "\"red\"", true},
+       {"/measurements/0/channel", "\"alpha\"", false},
+       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 3, "height": 16384})", true},
+       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 2, "height": 9})", false},
+       {"/measurements/0/region", R"({"x": -1, "y": 0, "width": 9, "height": 9})", false},
+       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 9})", false},
+       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 9, "height": 9, "z": 1})", false},
+       {"/measurements/0/background", "null", true},
+       {"/measurements/0/background", "-0.5", true},
+       {"/measurements/0/background", "\"border\"", false},
+       {"/measurements/0/source_diameter_px", "0.5", true},
+       {"/measurements/0/source_diameter_px", "-1", false},
+       {"/measurements/0/blades", "7", true},
+       {"/measurements/0/blades", "2", false},
+       {"/measurements/0/fractions", "[0.838, 0.5]", true},
+       {"/measurements/0/fractions", "[1]", false},
+       {"/measurements/0/levels", R"({"dark": 0, "bright": 1})", false},
+       {"/measurements/1/levels", R"({"dark": 0, "bright": 1})", true},
+       {"/measurements/1/levels", R"({"dark": 0})", false},
+       {"/measurements/2/radii_px", "[]", true},
+       {"/measurements/2/radii_px", "[0]", false},
+       {"/measurements/2/cycles", "1", false},
+       {"/measurements/2/center_px", "[9, 9]", false},
+       {"/measurements/2/phase_deg", "90", true},
+       {"/measurements/2/amplitude", "0", false},
+       {"/measurements/3/blades", "5", false},
+       {"/measurements/4/levels", R"({"dark": 0, "bright": 1})", false}});
+  const json sent = json::parse(file_text(FSTOP_SOURCE_DIR "/api/examples/measurements-spot.json"));
+  expect_agreement(sent, Kind::measurement,
+                   {{"/image/color_space", "\"srgb\"", true},
+                    {"/image/color_space", "\"aces\"", false},
+                    {"/image/pixel_um", "0", false},
+                    {"/image/base64", "\"\"", false},
+                    {"/image/base64", "5", false},
+                    {"/image/file", "\"a.png\"", false},
+                    {"/image", "{}", false}});
 }
 
 }  // namespace

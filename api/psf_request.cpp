@@ -118,15 +118,22 @@ PsfRequest parse_psf_request(std::string_view body, const Limits& limits) {
   request.fractions = numbers(root, "fractions", {0.001, 0.99}, limits.psf_fractions)
                           .value_or(std::vector{0.5, 0.8, 0.838});
   const bool fills_radii = !root.has("radii_um");
-  Length reach = 1.0_um;
-  if (camera_reader.clean() && root.clean()) {
-    spec.pupil = pupil_of(camera, request.object_distance);
-    if (const auto* lens = std::get_if<LensSpec>(&camera.optics)) spec.aperture = lens->aperture;
-    reach = spread_radius(spec);
-    if (fills_radii) request.radii = default_radii(reach);
-  }
   request.has_image = root.has("image");
   ObjectReader image = root.object("image");
+  Length reach = 1.0_um;
+  try {
+    if (camera_reader.clean() && root.clean()) {
+      spec.pupil = pupil_of(camera, request.object_distance);
+      if (const auto* lens = std::get_if<LensSpec>(&camera.optics)) spec.aperture = lens->aperture;
+      reach = spread_radius(spec);
+      if (fills_radii) request.radii = default_radii(reach);
+    }
+  } catch (const Error&) {  // no optics for it; what is wrong with the rest is told first
+    (void)read_psf_image(image, limits, reach);
+    root.reject_unread_members();
+    faults.throw_if_any();
+    throw;
+  }
   request.image = read_psf_image(image, limits, reach);
   root.reject_unread_members();
   faults.throw_if_any();

@@ -137,7 +137,12 @@ Problem problem_of_upload(std::string_view text) {
   const Error nonsense(ErrorCode::internal, "an upload's reader answered nonsense");
   Limits limits;
   if (text.size() > limits.problem_bytes + 1) throw nonsense;
-  const nlohmann::json value = parse_json(text, limits);
+  nlohmann::json value;
+  try {
+    value = parse_json(text, limits);
+  } catch (const InvalidRequest&) {  // the client's request is not what is malformed
+    throw nonsense;
+  }
   const auto word = [&](const nlohmann::json& object, const char* key) {
     if (!object.is_object() || !object.contains(key) || !object.at(key).is_string()) throw nonsense;
     return object.at(key).get<std::string>();

@@ -47,7 +47,7 @@ fstop_test(block_test LABEL unit
 fstop_test(measure_test LABEL unit
            SOURCES measure/disc_edge_test.cpp measure/image_difference_test.cpp
                    measure/sharpness_test.cpp measure/slanted_edge_test.cpp
-                   measure/spline_fit_test.cpp measure/star_contrast_test.cpp
+                   measure/spline_fit_test.cpp measure/spot_test.cpp measure/star_contrast_test.cpp
            LINK fstop_measure fstop_optics fstop_oracle)
 
 fstop_test(finishing_test LABEL unit SOURCES post/composite_test.cpp post/halftone_test.cpp

@@ -30,6 +30,7 @@ struct CommandLine {
   ProbeOptions probe = {};
   SignOptions sign = {};
   std::string scene_name = {};
+  std::string color_space = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
@@ -38,6 +39,7 @@ struct CommandLine {
   CLI::App* chart_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* read_scene_command = nullptr;
+  CLI::App* read_image_command = nullptr;
   CLI::App* sign_command = nullptr;
   CLI::App* version_command = nullptr;
 };
@@ -94,6 +96,8 @@ void add_serve(CommandLine& line) {
   command->add_option("--drain-s", options.drain_s, "that SIGTERM gives to what was admitted")
       ->capture_default_str();
   command->add_option("--cache-mib", options.cache_mib, "of results, in the data directory")
+      ->capture_default_str();
+  command->add_option("--memory-mib", options.memory_mib, "of results, in memory")
       ->capture_default_str();
   for (const std::string& name : option_names(*command))
     command->get_option("--" + name)->envname(variable_of(name));
@@ -162,6 +166,10 @@ void add_commands(CommandLine& line) {
   line.read_scene_command = line.app.add_subcommand("read-scene", "what the server runs apart");
   line.read_scene_command->group("");  // of no use by hand
   line.read_scene_command->add_option("name", line.scene_name, "of the scene")->required();
+  line.read_image_command = line.app.add_subcommand("read-image", "what the server runs apart");
+  line.read_image_command->group("");
+  line.read_image_command->add_option("color-space", line.color_space, "srgb or linear")
+      ->required();
   line.version_command = line.app.add_subcommand("version", "print the version");
 }
 
@@ -173,6 +181,7 @@ int run_command(const CommandLine& line) {
   if (line.chart_command->parsed()) return chart(line.chart);
   if (line.probe_command->parsed()) return probe(line.probe);
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
+  if (line.read_image_command->parsed()) return read_image(line.color_space);
   if (line.sign_command->parsed()) return sign(line.sign);
   std::cout << api::engine_version() << '\n';
   return 0;

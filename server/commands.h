@@ -56,6 +56,9 @@ int probe(const ProbeOptions& options);
 /// Locks itself in, reads a scene archive on standard input and prints what is to be stored: what
 /// the server runs apart from itself. Throws: as api::read_upload.
 int read_scene(const std::string& name);
+/// The same for a picture ("srgb" or "linear") that is to be measured: prints its pixels.
+/// Throws: as api::read_sent_image.
+int read_image(const std::string& color_space);
 /// Prints the target with its signature.
 int sign(const SignOptions& options);
 

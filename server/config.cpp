@@ -147,6 +147,8 @@ ServerConfig checked(const ServeOptions& options) {
   require(options.drain_s >= 0.0 && options.drain_s <= 3600.0, "--drain-s: must be 0 to 3600");
   require(options.cache_mib >= 1 && options.cache_mib <= 1 << 24,
           "--cache-mib: must be 1 to 16777216");
+  require(options.memory_mib >= 1 && options.memory_mib <= 1 << 24,
+          "--memory-mib: must be 1 to 16777216");
   refuse_file("--data-dir", options.data_dir);
   refuse_file("--scenes-dir", options.scenes_dir);
   refuse_file("--web-root", options.web_root);
@@ -170,6 +172,7 @@ ServerConfig checked(const ServeOptions& options) {
   config.limits.render_bytes = std::min(config.limits.render_bytes, available_bytes() / 10 * 6);
   config.limits.drain_deadline = milliseconds(options.drain_s);
   config.limits.kept_file_bytes = static_cast<std::size_t>(options.cache_mib) << 20U;
+  config.limits.kept_result_bytes = static_cast<std::size_t>(options.memory_mib) << 20U;
   return config;
 }
 

@@ -31,6 +31,7 @@ struct ServeOptions {
   double synchronous_s = 2.0;
   double drain_s = 20.0;
   std::int64_t cache_mib = 4096;
+  std::int64_t memory_mib = 512;
   std::string config_file = {};  // read before the rest
 };
 

@@ -41,6 +41,7 @@ asio::awaitable<void> sleep_until(Clock::time_point time) {
 Connection::Connection(asio::ip::tcp::socket socket) : socket_(std::move(socket)) {
   boost::system::error_code ec;
   socket_.set_option(asio::ip::tcp::no_delay(true), ec);
+  socket_.non_blocking(true, ec);
   using UserTimeout = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_USER_TIMEOUT>;
   socket_.set_option(UserTimeout(static_cast<int>(kUserTimeoutMs)), ec);
   socket_.non_blocking(true, ec);
@@ -53,14 +54,20 @@ asio::awaitable<std::size_t> Connection::read_some(std::string& buffer, std::siz
   timed_out_ = false;
   std::array<char, 16384> bytes;  // NOLINT(cppcoreguidelines-pro-type-member-init): read into
   const auto space = asio::buffer(bytes.data(), std::min(bytes.size(), max_bytes));
-  const auto outcome = co_await (socket_.async_read_some(space, kNoThrow) || sleep_until(deadline));
-  if (outcome.index() == 1) {
-    timed_out_ = true;
-    co_return 0;
+  for (;;) {
+    // Bytes stay with the kernel until they are taken here: has_waiting() tells of all of them.
+    const auto outcome = co_await (socket_.async_wait(asio::ip::tcp::socket::wait_read, kNoThrow) ||
+                                   sleep_until(deadline));
+    if (outcome.index() == 1) {
+      timed_out_ = true;
+      co_return 0;
+    }
+    boost::system::error_code ec;
+    const std::size_t count = socket_.read_some(space, ec);
+    if (ec == asio::error::would_block) continue;
+    buffer.append(bytes.data(), count);
+    co_return ec ? 0 : count;
   }
-  const auto [ec, count] = std::get<0>(outcome);
-  buffer.append(bytes.data(), count);
-  co_return ec ? 0 : count;
 }
 
 asio::awaitable<bool> Connection::write(std::string_view head, std::span<const char> body,
@@ -124,6 +131,11 @@ asio::awaitable<void> Connection::linger() {
     total += count;
     discarded.clear();
   }
+}
+
+bool Connection::has_waiting() const {
+  boost::system::error_code ec;
+  return socket_.available(ec) > 0;
 }
 
 void Connection::abort() noexcept {

@@ -39,6 +39,8 @@ class Connection {
   boost::asio::awaitable<void> linger();
 
   /// Ends every wait; the session then ends by itself.
+  /// Whether bytes of the peer have come that nobody has read.
+  bool has_waiting() const;
   void abort() noexcept;
 
   std::string peer() const { return peer_; }

@@ -10,6 +10,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/address.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
@@ -66,8 +67,8 @@ void Listener::start() { asio::co_spawn(context_, accept_all(), asio::detached);
 asio::awaitable<void> Listener::accept_all() {
   while (acceptor_.is_open()) {
     auto [ec, socket] = co_await acceptor_.async_accept(kNoThrow);
-    if (!acceptor_.is_open()) co_return;
     if (ec) {
+      if (!acceptor_.is_open()) co_return;
       if (ec == asio::error::no_descriptors) turn_away_without_descriptor();
       asio::steady_timer pause(context_, kAcceptPause);
       co_await pause.async_wait(kNoThrow);
@@ -94,6 +95,7 @@ asio::awaitable<void> Listener::serve(tcp::socket socket) {
   Session session(std::move(socket), session_context_, ++accepted_);
   sessions_.insert(&session);
   ++open_;
+  if (finishing_) session.finish();
   try {
     co_await session.run();
   } catch (const std::exception& exception) {
@@ -125,12 +127,28 @@ void Listener::turn_away_without_descriptor() {
   spare_descriptor_ = open_spare();
 }
 
+// To the peers they are connected, and may have asked already: closing would reset them.
+void Listener::admit_backlog() {
+  boost::system::error_code ec;
+  acceptor_.non_blocking(true, ec);
+  while (!ec) {
+    tcp::socket socket(context_);
+    acceptor_.accept(socket, ec);
+    if (!ec) admit(std::move(socket));
+  }
+}
+
 void Listener::finish(std::function<void()> drained) {
+  finishing_ = true;
+  admit_backlog();
   boost::system::error_code ec;
   acceptor_.close(ec);
-  drained_ = std::move(drained);
-  for (Session* session : sessions_) session->finish();
-  if (sessions_.empty()) drained_();
+  // By then the sessions of the last connections have begun.
+  asio::post(context_, [this, last = std::move(drained)] {
+    drained_ = last;
+    for (Session* session : sessions_) session->finish();
+    if (sessions_.empty()) drained_();
+  });
 }
 
 void Listener::abort_sessions() {

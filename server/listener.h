@@ -26,8 +26,8 @@ class Listener {
 
   std::uint16_t port() const;
   void start();
-  /// No more connections; sessions end after the reply they are at. `drained` is called once none
-  /// is left.
+  /// No more connections than there are by now; sessions end after the reply they are at, or the
+  /// one to what they were sent. `drained` is called once none is left.
   void finish(std::function<void()> drained);
   /// Ends all sessions at once.
   void abort_sessions();
@@ -37,6 +37,7 @@ class Listener {
  private:
   boost::asio::awaitable<void> accept_all();
   void admit(boost::asio::ip::tcp::socket socket);
+  void admit_backlog();
   boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket);
   boost::asio::awaitable<void> turn_away(boost::asio::ip::tcp::socket socket);
   void turn_away_without_descriptor();
@@ -48,7 +49,8 @@ class Listener {
   std::function<void()> drained_ = {};
   std::uint64_t accepted_ = 0;
   std::atomic<int> open_ = 0;  // sessions_.size()
-  int turned_away_ = 0;        // connections that are being told so
+  bool finishing_ = false;
+  int turned_away_ = 0;  // connections that are being told so
   int spare_descriptor_ = -1;
 };
 

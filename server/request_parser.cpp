@@ -15,6 +15,7 @@ namespace {
 namespace beast = boost::beast;
 
 constexpr std::size_t kMaxExtensionBytes = 8192;
+constexpr std::size_t kMaxUnreadOfBody = 16384;
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -207,6 +208,27 @@ std::size_t RequestParser::on_chunk_body_impl(std::uint64_t, beast::string_view 
 }
 
 void RequestParser::on_finish_impl(beast::error_code& ec) { ec = {}; }
+
+bool HeadReader::take(std::string& unread, RequestParser& parser) {
+  if (!skipped_empty_line_ && unread.starts_with("\r\n")) {
+    unread.erase(0, 2);
+    skipped_empty_line_ = true;
+  }
+  if (!skipped_empty_line_ && unread == "\r") return false;
+  const auto length = scanner_.scan(unread);
+  if (!length) return false;
+  parser.read_head(std::string_view(unread).substr(0, *length));
+  unread.erase(0, *length);
+  return true;
+}
+
+bool take_body(std::string& unread, RequestParser& parser) {
+  if (!unread.empty() && !parser.is_done()) unread.erase(0, parser.read_body(unread));
+  if (parser.is_done()) return true;
+  // Beast waits for the end of a chunk's line or of the trailers however long they become.
+  if (unread.size() >= kMaxUnreadOfBody) throw bad_framing("a chunk's header is too long");
+  return false;
+}
 
 void resolve_target(Request& request) {
   std::string_view target = request.target;

@@ -82,6 +82,25 @@ class RequestParser final : public http::basic_parser<true> {
   bool has_coding_ = false;
 };
 
+/// Takes one request's head off what has come of a connection; an empty line before it is passed
+/// over (RFC 9112 2.2).
+class HeadReader {
+ public:
+  explicit HeadReader(std::size_t max_bytes) : scanner_(max_bytes) {}
+
+  /// Whether the head was there; then `parser` has it and `unread` begins behind it.
+  /// Throws: Refusal, closing.
+  bool take(std::string& unread, RequestParser& parser);
+
+ private:
+  HeadScanner scanner_;
+  bool skipped_empty_line_ = false;
+};
+
+/// Takes off `unread` what it has of the body. Whether the body has ended. Throws: Refusal,
+/// closing.
+bool take_body(std::string& unread, RequestParser& parser);
+
 /// Splits `request.target` into path and query and fills `request.host`; accepts origin form,
 /// `http://` absolute form that names the same host, and `*` for OPTIONS.
 /// Throws: Refusal 400, closing.

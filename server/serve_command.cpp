@@ -2,6 +2,7 @@
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <malloc.h>
 #include <span>
 #include <string>
 #include <system_error>
@@ -26,6 +27,7 @@
 namespace fstop::server {
 namespace {
 
+constexpr int kLargestInHeap = 1 << 20;
 constexpr auto kProbeTime = std::chrono::seconds(3);
 
 // Exists while the server listens.
@@ -48,6 +50,9 @@ class PortFile {
 }  // namespace
 
 int serve(const ServeOptions& options) {
+  // Left to itself, glibc raises this to 32 MiB by what is freed, and from then on keeps large
+  // buffers (bodies, pictures) in heaps whose holes never go back to the system.
+  ::mallopt(M_MMAP_THRESHOLD, kLargestInHeap);
   const ServerConfig config = checked(options);
   Log log(options.log_file);
   Server server(config, log);

@@ -109,6 +109,8 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .store = store_,
                     .folder = config.upload_folder,
                     .program = config.program}),
+      measurement_calls_(
+          {.limits = config_.limits, .log = log_, .renders = renders_, .program = config.program}),
       queue_(queue_shape()),
       charts_({.slots = 1,
                .most_queued = config.limits.queued_charts,
@@ -163,6 +165,7 @@ void Server::add_routes() {
   job_calls_.add_to(routes_);
   chart_calls_.add_to(routes_);
   scene_calls_.add_to(routes_);
+  measurement_calls_.add_to(routes_);
   add_probes(routes_);
   add_docs();
   const auto add = [this](verb method, const char* pattern,

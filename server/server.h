@@ -18,6 +18,7 @@
 #include "server/jobs.h"
 #include "server/listener.h"
 #include "server/log.h"
+#include "server/measurement_calls.h"
 #include "server/metrics.h"
 #include "server/render_cache.h"
 #include "server/render_calls.h"
@@ -99,6 +100,7 @@ class Server {
   JobCalls job_calls_;
   ChartCalls chart_calls_;
   SceneCalls scene_calls_;
+  MeasurementCalls measurement_calls_;
   RenderQueue queue_;  // its threads end before what they use
   RenderQueue charts_;
   AccessRules access_;

@@ -38,12 +38,15 @@ Session::Session(asio::ip::tcp::socket socket, const SessionContext& context, st
 
 void Session::finish() {
   finishing_ = true;
-  if (!busy_) connection_.abort();
+  // A request that has come is answered, even if it is only about to be read.
+  if (!busy_ && !connection_.has_waiting()) connection_.abort();
 }
 
 asio::awaitable<void> Session::run() {
-  bool more = true;
-  while (more && !finishing_) more = co_await exchange();
+  bool more = false;
+  do {
+    more = co_await exchange();
+  } while (more && !finishing_);
 }
 
 // Reads one request and answers it. False: the connection has ended.
@@ -111,25 +114,15 @@ bool Session::has_unread_body(const RequestParser& parser) const {
 }
 
 asio::awaitable<bool> Session::read_head(RequestParser& parser) {
-  HeadScanner scanner(context_.limits.header_bytes);
+  HeadReader reader(context_.limits.header_bytes);
   const auto deadline = Clock::now() + context_.limits.header_deadline;
-  bool skipped_empty_line = false;
-  for (;;) {
-    if (!skipped_empty_line && unread_.starts_with("\r\n")) {  // RFC 9112 2.2
-      unread_.erase(0, 2);
-      skipped_empty_line = true;
-    }
-    const bool undecided = !skipped_empty_line && unread_ == "\r";
-    if (const auto length = undecided ? std::nullopt : scanner.scan(unread_)) {
-      parser.read_head(std::string_view(unread_).substr(0, *length));
-      unread_.erase(0, *length);
-      co_return true;
-    }
+  while (!reader.take(unread_, parser)) {
     if (co_await connection_.read_some(unread_, kReadBytes, deadline) == 0) {
       if (connection_.timed_out()) throw too_slow("header");
       co_return false;
     }
   }
+  co_return true;
 }
 
 asio::awaitable<void> Session::read_body(const Request& request, RequestParser& parser) {
@@ -139,14 +132,7 @@ asio::awaitable<void> Session::read_body(const Request& request, RequestParser& 
     constexpr std::string_view kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
     if (!co_await connection_.write(kGoOn, {}, context_.limits.write_deadline)) throw ClientGone();
   }
-  for (;;) {
-    if (!unread_.empty()) unread_.erase(0, parser.read_body(unread_));
-    if (parser.is_done()) co_return;
-    // Beast waits for the end of a chunk's line or of the trailers however long they become.
-    if (unread_.size() >= kReadBytes) {
-      throw Refusal(http::status::bad_request, "bad-framing", "a chunk's header is too long")
-          .closing();
-    }
+  while (!take_body(unread_, parser)) {
     if (co_await connection_.read_some(unread_, kReadBytes, deadline) == 0) {
       if (connection_.timed_out()) throw too_slow("body");
       throw ClientGone();

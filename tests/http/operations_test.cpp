@@ -109,6 +109,7 @@ TEST_F(Operations, WrongOptionsAreToldBeforeThePortOpens) {
         {"--synchronous-s", "nan"},
         {"--drain-s", "-1"},
         {"--cache-mib", "0"},
+        {"--memory-mib", "0"},
         {"--cors-origin", "*"},
         {"--cors-origin", "https://a.example/path"},
         {"--cors-origin", "ftp://a.example"},

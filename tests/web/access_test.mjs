@@ -42,11 +42,7 @@ describe("access", { timeout: 600_000 }, () => {
         const beyond = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
         assert.ok(beyond <= 0, `${name}: ${beyond} px beyond the window`);
       }
-      // Chromium itself logs that the server has no wave for points far out of focus.
-      assert.deepEqual(
-        shared.complaints.filter((text) => !/status of 422 .*\/v1\/psf/.test(text)),
-        [],
-      );
+      assert.deepEqual(shared.complaints, []);
       assert.deepEqual(shared.foreign, []);
     });
 

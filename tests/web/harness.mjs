@@ -31,8 +31,6 @@ export function use_page() {
     shared.foreign = []; // what was asked of another host
     shared.page.on("pageerror", (error) => shared.complaints.push(String(error)));
     shared.page.on("console", (message) => {
-      // A job may end between the event that tells of a preview and the page's asking for it.
-      if (/\/v1\/jobs\/[0-9a-f]+\/preview/.test(message.location().url)) return;
       if (["error", "warning"].includes(message.type()))
         shared.complaints.push(`${message.text()} ${message.location().url}`);
     });

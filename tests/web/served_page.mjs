@@ -7,7 +7,8 @@ import { setTimeout as pause } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { chromium } from "../../web/node_modules/playwright-core/index.mjs";
 
-const kWebRoot = fileURLToPath(new URL("../../web/dist", import.meta.url));
+const kWebRoot =
+  process.env.FSTOP_WEB_ROOT ?? fileURLToPath(new URL("../../web/dist", import.meta.url));
 const kStart_ms = 30_000;
 const kStop_ms = 10_000;
 const kChromiumFlags = [

@@ -1,5 +1,6 @@
 /// fstop's HTTP interface as functions. The only place of the page that calls `fetch`.
 import type { ChartReport, ChartRequest, OpticsReport, OpticsRequest } from "./contract.ts";
+import type { MeasurementReport, MeasurementRequest } from "./contract.ts";
 import type { Job, Problem, PsfReport, PsfRequest, RenderReport } from "./contract.ts";
 import type { RenderRequest, SceneList, SceneSummary } from "./contract.ts";
 import { events_of } from "./event_stream.ts";
@@ -42,7 +43,8 @@ export class ApiClient {
     tell?: (progress: RenderProgress) => void,
   ): Promise<RenderedImage> {
     const start_ms = performance.now();
-    const call = post_of(request, "image/png, application/problem+json");
+    const format = request.image?.format ?? "png";
+    const call = post_of(request, `image/${format}, application/problem+json`);
     const headers = tell ? { ...call.headers, Prefer: "respond-async" } : call.headers;
     let reply = await this.reply_("v1/renders", { ...call, headers, signal });
     if (reply.status === 202) {
@@ -71,6 +73,10 @@ export class ApiClient {
 
   psf(request: PsfRequest, signal: AbortSignal): Promise<PsfReport> {
     return this.json_("v1/psf", { ...post_of(request, "application/json"), signal });
+  }
+
+  measure(request: MeasurementRequest, signal: AbortSignal): Promise<MeasurementReport> {
+    return this.json_("v1/measurements", { ...post_of(request, "application/json"), signal });
   }
 
   /// Where a finished render's picture is, in a format.

@@ -23,6 +23,8 @@ export type PsfReport = Schemas["PsfReport"];
 export type ChartRequest = Schemas["ChartRequest"];
 export type ChartReport = Schemas["ChartReport"];
 export type ChartPoint = Schemas["ChartPoint"];
+export type MeasurementRequest = Schemas["MeasurementRequest"];
+export type MeasurementReport = Schemas["MeasurementReport"];
 export type PinholeOptics = Schemas["PinholeOptics"];
 
 /// A render that goes on by itself (202), where the server makes such jobs; what the page reads of

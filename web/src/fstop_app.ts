@@ -21,6 +21,7 @@ import type { Tab } from "./page_tabs.ts";
 import "./picture_panel.ts";
 import { kNoPicture, patiently, picture_updates } from "./picture_updates.ts";
 import type { PictureView } from "./picture_updates.ts";
+import { PreviewPace } from "./preview_pace.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
 import "./side_view_panel.ts";
 import { fragment_of, rounded, with_consequences } from "./state.ts";
@@ -44,18 +45,9 @@ export class FstopApp extends LitElement {
   @state() private optics_: OpticsView = kNoOptics;
   @state() private tab_: Tab = this.page_.experiment === "" ? "optics" : "experiments";
 
-  private readonly a_task_ = new LatestTask<PlaygroundState>(async (wanted, signal, has_result) => {
-    for await (const update of picture_updates(this.client_, wanted, signal)) {
-      this.a_ = { ...this.a_, ...update };
-      if (update.image) has_result();
-    }
-  });
-  private readonly b_task_ = new LatestTask<PlaygroundState>(async (wanted, signal, has_result) => {
-    for await (const update of picture_updates(this.client_, wanted, signal)) {
-      this.b_ = { ...this.b_, ...update };
-      if (update.image) has_result();
-    }
-  });
+  private readonly pace_ = new PreviewPace();
+  private readonly a_task_ = this.picture_task_((update) => (this.a_ = { ...this.a_, ...update }));
+  private readonly b_task_ = this.picture_task_((update) => (this.b_ = { ...this.b_, ...update }));
   private readonly optics_task_ = new LatestTask<OpticsQuestion>(async (wanted, signal) => {
     this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
   });
@@ -63,6 +55,16 @@ export class FstopApp extends LitElement {
   private leaving_ = new AbortController();
 
   static override styles = [kBaseStyles, kControlStyles, kAppStyles];
+
+  private picture_task_(take: (update: Partial<PictureView>) => void): LatestTask<PlaygroundState> {
+    return new LatestTask<PlaygroundState>(async (wanted, signal, has_result, urgency) => {
+      const hand = { pace: this.pace_, is_held: urgency === "patient" };
+      for await (const update of picture_updates(this.client_, wanted, signal, hand)) {
+        take(update);
+        if (update.image) has_result();
+      }
+    });
+  }
 
   override connectedCallback(): void {
     super.connectedCallback();

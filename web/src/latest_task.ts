@@ -1,5 +1,6 @@
-/// Runs an asynchronous task for the newest of a stream of inputs: waits until the inputs rest
-/// for a moment, aborts the run of an older input, and never has two runs at once.
+/// Runs an asynchronous task for the newest of a stream of inputs: the first one after a pause at
+/// once, those that follow closely when they rest for a moment; aborts the run of an older input,
+/// and never has two runs at once.
 
 export interface Pace {
   rest_ms: number; // start after the inputs have rested so long ...
@@ -19,10 +20,12 @@ export type Run<Input> = (
   input: Input,
   signal: AbortSignal,
   has_result: () => void,
+  urgency: Urgency,
 ) => Promise<void>;
 
 export class LatestTask<Input> {
   private waiting_since_ms_: number | undefined;
+  private last_input_ms_ = Number.NEGATIVE_INFINITY;
   private timer_: ReturnType<typeof setTimeout> | undefined;
   private next_: { input: Input; urgency: Urgency } | undefined;
   private current_:
@@ -35,11 +38,14 @@ export class LatestTask<Input> {
 
   submit(input: Input, urgency: Urgency = "urgent"): void {
     this.next_ = { input, urgency };
-    this.waiting_since_ms_ ??= performance.now();
-    const waited_ms = performance.now() - this.waiting_since_ms_;
+    const now_ms = performance.now();
+    const is_alone = now_ms - this.last_input_ms_ > this.pace_.patience_ms;
+    this.last_input_ms_ = now_ms;
+    this.waiting_since_ms_ ??= now_ms;
+    const waited_ms = now_ms - this.waiting_since_ms_;
     const rest_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
     // What waits for the run under way need not wait for the hand to rest too.
-    const wait_ms = urgency === "patient" ? 0 : rest_ms;
+    const wait_ms = urgency === "patient" || is_alone ? 0 : rest_ms;
     clearTimeout(this.timer_);
     this.timer_ = setTimeout(() => void this.start_(), wait_ms);
   }
@@ -69,7 +75,7 @@ export class LatestTask<Input> {
     this.next_ = undefined;
     const abort = new AbortController();
     const { promise: result, resolve: has_result } = promise_with_resolver();
-    const done = this.run_(next.input, abort.signal, has_result);
+    const done = this.run_(next.input, abort.signal, has_result, next.urgency);
     this.current_ = { abort, result, done };
     await done;
     if (this.current_?.done === done) this.current_ = undefined;

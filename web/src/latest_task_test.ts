@@ -37,6 +37,17 @@ describe("latest task", () => {
     expect(runs.map((run) => run.input)).toEqual([3]);
   });
 
+  it("starts at once for an input that comes alone", async () => {
+    const { task, runs } = watched_task(10);
+    task.submit(1);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(runs.map((run) => run.input)).toEqual([1]);
+    await vi.advanceTimersByTimeAsync(500);
+    task.submit(2);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(runs.map((run) => run.input)).toEqual([1, 2]);
+  });
+
   it("aborts the stale run and starts the newest input, one at a time", async () => {
     const { task, runs, seen } = watched_task(1000);
     task.submit(1);

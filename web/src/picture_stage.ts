@@ -14,6 +14,7 @@ import { kBaseStyles } from "./shared_styles.ts";
 export const kDifferenceGain = 4;
 const kNothingHeld: HeldLayers = { layers: undefined, blur_holds: false };
 const kLoupe_px = 176;
+const kReadRest_ms = 100;
 const kStep = 0.01;
 const kArrows: ReadonlyMap<string, readonly [number, number]> = new Map([
   ["ArrowLeft", [-1, 0]],
@@ -55,7 +56,9 @@ export class PictureStage extends LitElement {
   @state() private cursor_: PicturePoint | undefined;
   @state() private by_key_ = false;
   @state() private pixels_: ImageData | undefined;
+  private pixels_of_: Blob | undefined; // the picture that was read
   private other_pixels_: ImageData | undefined;
+  private read_timer_: ReturnType<typeof setTimeout> | undefined;
   private reading_ = 0;
 
   @query(".overlay") private overlay_canvas_!: HTMLCanvasElement | null;
@@ -67,11 +70,12 @@ export class PictureStage extends LitElement {
   override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has("picture")) this.source_ = address_of(this.picture, this.source_);
     if (changed.has("other")) this.other_source_ = address_of(this.other, this.other_source_);
-    if (changed.has("picture") || changed.has("other")) void this.read_();
+    if (changed.has("picture") || changed.has("other")) this.read_soon_();
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    clearTimeout(this.read_timer_);
     this.source_ = address_of(undefined, this.source_);
     this.other_source_ = address_of(undefined, this.other_source_);
   }
@@ -174,11 +178,19 @@ export class PictureStage extends LitElement {
 
   private rgb_at_(at: PicturePoint): string {
     const from = this.is_other_(at) ? this.other_pixels_ : this.pixels_;
-    if (!from) return "";
+    if (!from || this.pixels_of_ !== this.picture) return "";
     const place = (share: number, count: number): number =>
       Math.min(Math.floor(share * count), count - 1);
     const index = 4 * (place(at.y, from.height) * from.width + place(at.x, from.width));
     return [...from.data.slice(index, index + 3)].join(" ");
+  }
+
+  /// Pixels are read when the pictures rest: while a hand drags nobody points at them.
+  private read_soon_(): void {
+    ++this.reading_; // what is being read is of an older picture
+    clearTimeout(this.read_timer_);
+    const at_once = this.comparison === "difference" && this.other !== undefined;
+    this.read_timer_ = setTimeout(() => void this.read_(), at_once ? 0 : kReadRest_ms);
   }
 
   private async read_(): Promise<void> {
@@ -190,6 +202,7 @@ export class PictureStage extends LitElement {
     if (reading !== this.reading_) return;
     this.other_pixels_ = others;
     this.pixels_ = pixels;
+    this.pixels_of_ = picture;
   }
 
   private draw_overlay_(canvas: HTMLCanvasElement): void {

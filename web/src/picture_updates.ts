@@ -1,12 +1,13 @@
-/// The way from a state to its picture: two previews, each quick beside what follows it, then the
-/// picture that was asked for; and the layers that tell depth and blur at its pixels.
+/// The way from a state to its picture: a preview at once, a better one, then the picture that was
+/// asked for; and the layers that tell depth and blur at its pixels.
 import { BusyError, UnreachableError } from "./api_client.ts";
 import type { ApiClient, RenderedImage } from "./api_client.ts";
 import type { ImageSize, RenderReport, RenderRequest } from "./contract.ts";
 import type { Layer } from "./exr.ts";
 import { complaint_of, kNoComplaint } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
-import { sensor_format } from "./sensor_formats.ts";
+import type { PreviewPace } from "./preview_pace.ts";
+import { picture_size, preview_size, sensor_format } from "./sensor_formats.ts";
 import type { RenderProgress } from "./render_jobs.ts";
 import { camera_of, same_blur, same_view } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
@@ -14,7 +15,8 @@ import { told } from "./told.ts";
 
 interface Pass {
   activity: Activity;
-  size: 0 | 1 | 2; // of the sensor format's
+  size: (state: PlaygroundState) => ImageSize;
+  format: "png" | "jpeg"; // JPEG takes a fifth of the time to encode
   least_error: number; // of max_error: more would be lost on so small a picture
   max_time_ms?: number;
   layers: boolean;
@@ -23,25 +25,28 @@ interface Pass {
 }
 const kFinalPass: Pass = {
   activity: "refining",
-  size: 2,
+  size: size_of,
+  format: "png",
   least_error: 0,
   layers: true,
   progress: true,
   previews: false, // smaller than what is there already
 };
-const kPasses: readonly Pass[] = [
-  {
-    activity: "preview",
-    size: 0,
-    least_error: 0.1,
-    max_time_ms: 50,
-    layers: false,
-    progress: false,
-    previews: false,
-  },
+const kPreviewPass: Pass = {
+  activity: "preview",
+  size: ({ sensor }) => preview_size(sensor),
+  format: "jpeg",
+  least_error: 0.1,
+  max_time_ms: 50,
+  layers: false,
+  progress: false,
+  previews: false,
+};
+const kLaterPasses: readonly Pass[] = [
   {
     activity: "refining",
-    size: 1,
+    size: ({ sensor }) => preview_size(sensor),
+    format: "png",
     least_error: 0.03,
     layers: true,
     progress: true,
@@ -51,6 +56,7 @@ const kPasses: readonly Pass[] = [
 ];
 /// A hand that drags gets its next preview before the picture is refined.
 const kRefinementDelay_ms = 80;
+const kHeldTime_ms = 20;
 const kFirstRetry_ms = 500;
 const kLastRetry_ms = 8000;
 
@@ -101,19 +107,28 @@ export const kNoPicture: PictureView = {
   complaint: kNoComplaint,
 };
 
+/// Whether a hand holds what changes, and how fast previews come.
+export interface Hand {
+  pace: PreviewPace;
+  is_held: boolean;
+}
+
 /// The calls that a picture needs.
 export type PictureSource = Pick<ApiClient, "render" | "report" | "layer">;
 
-/// Yields what changes on the way. Ends early, saying nothing more, when `signal` aborts;
+/// Yields what changes on the way. `hand`: while it is still moving, the first preview is as large
+/// as it may be to come in time. Ends early, saying nothing more, when `signal` aborts;
 /// an error becomes the last update.
 export async function* picture_updates(
   source: PictureSource,
   state: PlaygroundState,
   signal: AbortSignal,
+  hand?: Hand,
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
     yield { complaint: kNoComplaint, progress: undefined };
-    for (const pass of kPasses) {
+    const first = hand?.is_held ? held_pass(state, hand.pace) : kPreviewPass;
+    for (const pass of [first, ...kLaterPasses]) {
       const { activity } = pass;
       const request = pass_request(state, pass);
       const attempts = patiently(
@@ -127,6 +142,7 @@ export async function* picture_updates(
         yield preview ? { ...step.value, image: preview, shown: state } : step.value;
       }
       const image = step.value;
+      if (pass === first) hand?.pace.learn(pass.size(state), image.round_trip_ms);
       yield { image, shown: state, progress: undefined };
       if (pass.max_time_ms !== undefined) await pause(kRefinementDelay_ms, signal);
       // The server does not keep what was made against the clock, nor its report.
@@ -195,6 +211,12 @@ async function layers_of(
   return { depth_m, coc_px };
 }
 
+/// Small and quick enough that a hand that drags sees twenty a second.
+function held_pass(state: PlaygroundState, pace: PreviewPace): Pass {
+  const { previews } = sensor_format(state.sensor);
+  return { ...kPreviewPass, size: () => pace.size_among(previews), max_time_ms: kHeldTime_ms };
+}
+
 /// The request for the finished picture: what the address stands for.
 export function render_request(state: PlaygroundState): RenderRequest {
   return pass_request(state, kFinalPass);
@@ -202,15 +224,15 @@ export function render_request(state: PlaygroundState): RenderRequest {
 
 /// The finished picture's size.
 export function size_of(state: PlaygroundState): ImageSize {
-  return sensor_format(state.sensor).sizes[2];
+  return picture_size(state.sensor);
 }
 
 function pass_request(state: PlaygroundState, pass: Pass): RenderRequest {
-  const { size, least_error, max_time_ms } = pass;
+  const { size, format, least_error, max_time_ms } = pass;
   return {
     scene: state.scene,
     camera: camera_of(state),
-    image: { ...sensor_format(state.sensor).sizes[size], format: "png" },
+    image: { ...size(state), format },
     quality: {
       max_error: Math.max(least_error, state.max_error),
       ...(max_time_ms === undefined ? {} : { max_time_ms }),

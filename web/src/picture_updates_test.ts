@@ -4,6 +4,7 @@ import type { RenderedImage } from "./api_client.ts";
 import type { RenderReport, RenderRequest } from "./contract.ts";
 import { kNoPicture, picture_updates } from "./picture_updates.ts";
 import type { PictureSource, PictureView } from "./picture_updates.ts";
+import { PreviewPace } from "./preview_pace.ts";
 import { kDefaultState } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
 
@@ -43,9 +44,15 @@ function source_with(...errors: Error[]) {
   return { source, requests };
 }
 
-async function views(source: PictureSource, state: PlaygroundState, signal: AbortSignal) {
+async function views(
+  source: PictureSource,
+  state: PlaygroundState,
+  signal: AbortSignal,
+  pace?: PreviewPace,
+) {
   const seen: PictureView[] = [kNoPicture];
-  for await (const update of picture_updates(source, state, signal))
+  const hand = pace && { pace, is_held: true };
+  for await (const update of picture_updates(source, state, signal, hand))
     seen.push({ ...(seen.at(-1) ?? kNoPicture), ...update });
   return seen;
 }
@@ -57,8 +64,8 @@ describe("picture updates", () => {
     expect(
       requests.map(({ image, quality }) => [image?.width, image?.height, quality?.max_error]),
     ).toEqual([
-      [240, 160, 0.1],
-      [480, 320, 0.03],
+      [642, 428, 0.1],
+      [642, 428, 0.03],
       [960, 640, 0.01],
     ]);
     expect(requests.map(({ quality }) => quality?.max_time_ms)).toEqual([
@@ -67,12 +74,25 @@ describe("picture updates", () => {
       undefined,
     ]);
     const reported = seen.filter(({ image, report }) => report && report.id === image?.id);
-    expect(new Set(reported.map(({ image }) => image?.id))).toEqual(new Set(["480", "960"]));
+    expect(new Set(reported.map(({ image }) => image?.id))).toEqual(new Set(["642", "960"]));
     expect(seen.at(-1)).toMatchObject({
       activity: "idle",
       image: { id: "960" },
       report: { id: "960" },
     });
+  });
+
+  it("begin as small and quick as the server's pace asks while a hand is moving", async () => {
+    const pace = new PreviewPace();
+    pace.learn({ width: 642, height: 428 }, 8 + 150); // 20 ms for 240 x 160 pixels
+    const { source, requests } = source_with();
+    await views(source, kState, new AbortController().signal, pace);
+    expect(requests.map(({ image }) => image?.width)).toEqual([240, 642, 960]);
+    expect(requests.map(({ image }) => image?.format)).toEqual(["jpeg", "png", "png"]);
+    expect(requests[0]?.quality?.max_time_ms).toBe(20);
+    // That came in 1 ms: the next may be larger.
+    await views(source, kState, new AbortController().signal, pace);
+    expect(requests[3]?.image?.width).toBeGreaterThan(240);
   });
 
   it("never preview better than what was asked for", async () => {
@@ -112,7 +132,7 @@ describe("picture updates", () => {
   it("have the sensor's own shape", async () => {
     const { source, requests } = source_with();
     await views(source, { ...kState, sensor: "aps-c" }, new AbortController().signal);
-    expect(requests.map(({ image }) => image?.height)).toEqual([156, 312, 624]);
+    expect(requests.map(({ image }) => image?.height)).toEqual([468, 468, 624]);
   });
 
   it("end with the faults of a refused request and without a second one", async () => {

@@ -81,7 +81,7 @@ export class PinholeRow extends LitElement {
       for (const times of kTimes) {
         const diameter_mm = Number((times * this.optimal_mm).toPrecision(3));
         const camera = camera_of({ ...state, camera: "pinhole", diameter_mm });
-        const image = { ...sensor_format(state.sensor).sizes[0], format: "png" as const };
+        const image = { ...sensor_format(state.sensor).previews[0], format: "png" as const };
         const quality = { max_error: 0.02 };
         const request = { scene: state.scene, camera, image, quality };
         const { picture } = await client.render(request, this.abort_.signal);

@@ -1,8 +1,7 @@
 /// The numbers behind the plots, asked from the server, and what they look like as plots.
-import { RefusedError } from "./api_client.ts";
 import type { ApiClient } from "./api_client.ts";
-import type { ChartReport, ChartRequest, Distance } from "./contract.ts";
-import type { OpticsReport, PsfReport, PsfRequest } from "./contract.ts";
+import type { Camera, ChartReport, ChartRequest, Distance } from "./contract.ts";
+import type { OpticsReport, PsfReport } from "./contract.ts";
 import { quantity } from "./format.ts";
 import { size_of } from "./picture_updates.ts";
 import type { PlotSpec, Series } from "./plot_spec.ts";
@@ -14,6 +13,14 @@ type Numbers = Pick<ApiClient, "optics" | "psf">;
 
 /// The Airy disc holds 83.8 % of a focused point's light; so do all spots here.
 const kAiryShare = 0.8377;
+/// Beyond so many Airy discs of blur the wave adds nothing that a plot of spots shows.
+const kWaveReach = 1000;
+/// The server's limit, 10,000 rad of defocus: beyond it there is no transfer either. A disc of n
+/// Airy discs has 1.22 pi n rad.
+const kWaveLimit = 10_000 / (1.22 * Math.PI);
+/// Beyond so many an iris's waves take too long for a plot; a round one of its area then holds as
+/// much light within the same circle to a fifth of a per cent.
+const kIrisReach = 40;
 const kFewDistances = 25;
 const kManyDistances = 120;
 
@@ -23,52 +30,38 @@ export function ratios(first: number, last: number, count: number): number[] {
   return Array.from({ length: count }, (_, i) => Number((first * step ** i).toPrecision(4)));
 }
 
-/// The answer, or nothing where the point is so far out of focus that the server has no wave for
-/// it; the blur disc is all there is to say there.
-async function psf_or_nothing(
-  source: Numbers,
-  request: PsfRequest,
-  signal: AbortSignal,
-): Promise<PsfReport | undefined> {
-  try {
-    return await source.psf(request, signal);
-  } catch (error) {
-    const type = error instanceof RefusedError ? (error.problem.type ?? "") : "";
-    if (/\/(outside-domain|over-budget)$/.test(type)) return undefined;
-    throw error;
-  }
-}
-
 function spot_um({ encircled_energy }: PsfReport): number {
   const radius = encircled_energy[0]?.radius_um;
   return typeof radius === "number" ? 2 * radius : Number.NaN;
 }
 
-/// Blur on the sensor against the distance of the object.
+/// Blur on the sensor against the distance of the object, and the numbers it is drawn from.
 export async function blur_plot(
   source: Numbers,
   state: PlaygroundState,
   signal: AbortSignal,
-): Promise<PlotSpec> {
+): Promise<{ plot: PlotSpec; optics: OpticsReport }> {
   const camera = camera_of(state);
   const nearest_m = Math.max(0.2, state.camera === "lens" ? state.focal_length_mm / 500 : 0);
   const around_m = state.camera === "lens" ? around(state.focus_distance_m) : [];
-  const spread = (count: number): number[] =>
-    [...ratios(nearest_m, 100, count), ...around_m].sort((a, b) => a - b);
-  const [many_m, few_m] = [spread(kManyDistances), spread(kFewDistances)];
+  const few_m = [...ratios(nearest_m, 100, kFewDistances), ...around_m];
+  const many_m = [...new Set([...ratios(nearest_m, 100, kManyDistances), ...few_m])];
+  many_m.sort((a, b) => a - b);
   const image = size_of(state);
   const optics = await source.optics({ camera, image, object_distances_m: many_m }, signal);
-  // The waves of a polygon cost too much for so many distances.
-  const round = camera_of({ ...state, blades: 0 });
+  const airy_um = optics.airy_diameter_um;
   const combined: [number, number][] = [];
-  for (const object_distance_m of few_m) {
-    const spot = { camera: round, object_distance_m, radii_um: [0], frequencies_per_mm: [0] };
-    const psf = await psf_or_nothing(source, { ...spot, fractions: [kAiryShare] }, signal);
-    if (psf) combined.push([object_distance_m, spot_um(psf)]);
+  for (const { object_distance_m, coc_mm } of optics.at) {
+    const airy_discs = (1000 * Math.abs(coc_mm)) / airy_um;
+    if (!few_m.includes(Number(object_distance_m)) || airy_discs > kWaveReach) continue;
+    const iris = airy_discs > kIrisReach ? camera_of({ ...state, blades: 0 }) : camera;
+    const spot = { object_distance_m, radii_um: [0], frequencies_per_mm: [0] };
+    const psf = await source.psf({ camera: iris, ...spot, fractions: [kAiryShare] }, signal);
+    combined.push([Number(object_distance_m), spot_um(psf)]);
   }
   const pixel_um = (1000 * sensor_format(state.sensor).sensor_mm[0]) / image.width;
-  const airy_um = optics.airy_diameter_um;
-  return {
+  const iris = state.camera === "lens" && state.blades > 0 ? `, ${state.blades} blades` : "";
+  const plot: PlotSpec = {
     title: "Blur on the sensor against distance",
     file: "blur-by-distance",
     x: { caption: "distance of the object, m", scale: "log" },
@@ -87,17 +80,14 @@ export async function blur_plot(
         kind: "line",
         points: many_m.map((at_m) => [at_m, airy_um]),
       },
-      {
-        name: `both, wave optics${state.blades > 0 ? ", round iris" : ""}: 83.8 % of the light`,
-        kind: "line",
-        points: combined,
-      },
+      { name: `both, wave optics${iris}: 83.8 % of the light`, kind: "line", points: combined },
     ],
     marks: [
       { axis: "y", at: 1000 * optics.coc_limit_mm, caption: "still sharp" },
       { axis: "y", at: pixel_um, caption: "one pixel" },
     ],
   };
+  return { plot, optics };
 }
 
 /// The focused plane, and distances close about it, where the blur changes fastest.
@@ -131,8 +121,7 @@ export async function pinhole_plot(
   const airy: [number, number][] = [];
   const wave: [number, number][] = [];
   for (const diameter_mm of ratios(optimal_mm / 6, optimal_mm * 6, 31)) {
-    const psf = await psf_or_nothing(
-      source,
+    const psf = await source.psf(
       {
         camera: camera_with(diameter_mm),
         object_distance_m: subject_m,
@@ -142,7 +131,6 @@ export async function pinhole_plot(
       },
       signal,
     );
-    if (psf === undefined) continue;
     geometric.push([diameter_mm, psf.geometric_diameter_um]);
     airy.push([diameter_mm, psf.airy_diameter_um]);
     wave.push([diameter_mm, spot_um(psf)]);
@@ -174,9 +162,13 @@ export async function contrast_plot(
   signal: AbortSignal,
 ): Promise<PlotSpec> {
   const camera = camera_of(state);
+  const optics = await source.optics({ camera, object_distances_m: [subject_m] }, signal);
+  const blur_mm = Math.abs(optics.at[0]?.coc_mm ?? 0);
+  const airy_discs = (1000 * blur_mm) / optics.airy_diameter_um;
+  const iris = airy_discs > kIrisReach ? camera_of({ ...state, blades: 0 }) : camera;
   const nyquist_per_mm = size_of(state).width / (2 * sensor_format(state.sensor).sensor_mm[0]);
   const frequencies_per_mm = Array.from({ length: 121 }, (_, i) => (3 * nyquist_per_mm * i) / 120);
-  const at = async (object_distance_m: Distance): Promise<Series["points"]> => {
+  const at = async (camera: Camera, object_distance_m: Distance): Promise<Series["points"]> => {
     const question = { camera, object_distance_m, frequencies_per_mm, radii_um: [0] };
     const { otf } = await source.psf(question, signal);
     return otf.map((point) => [
@@ -184,16 +176,21 @@ export async function contrast_plot(
       typeof point.otf === "number" ? point.otf : Number.NaN,
     ]);
   };
-  const points = await at(subject_m);
+  const is_told = airy_discs < kWaveLimit;
+  const points = is_told ? await at(iris, subject_m) : [];
   const focus_m = state.focus_distance_m;
-  const focused = state.camera === "lens" ? await at(focus_m) : undefined;
+  const focused = state.camera === "lens" ? await at(camera, focus_m) : undefined;
   return {
     title: `Contrast that is left at ${quantity(subject_m, "m")}, ${quantity(state.wavelength_nm, "nm")}`,
     file: "contrast",
     x: { caption: "frequency on the sensor, cycles per mm", scale: "linear" },
     y: { caption: "contrast; negative is reversed", scale: "linear" },
     series: [
-      { name: `at the subject, ${quantity(subject_m, "m")}`, kind: "line", points },
+      {
+        name: `at the subject, ${quantity(subject_m, "m")}${is_told ? "" : ": too blurred to tell"}`,
+        kind: "line",
+        points,
+      },
       ...(focused
         ? [{ name: `in focus, ${quantity(focus_m, "m")}`, kind: "line" as const, points: focused }]
         : []),

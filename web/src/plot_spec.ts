@@ -9,6 +9,7 @@ export interface Series {
   name: string;
   kind: "line" | "dots" | "rings";
   points: readonly (readonly [number, number])[];
+  remarks?: readonly string[]; // one for each point, in the table
 }
 
 /// A line across the plot at a value of one axis.
@@ -24,6 +25,7 @@ export interface PlotSpec {
   y: Axis;
   series: readonly Series[];
   marks: readonly Mark[];
+  remarks?: string; // what the remarks of points are
   file: string; // the name of an exported file, without its ending
 }
 
@@ -34,10 +36,10 @@ export interface Table {
 
 /// One row for each x and one column for each series where they share their x; else one row for
 /// each point.
-export function table_of({ x, y, series }: PlotSpec): Table {
+export function table_of({ x, y, series, remarks }: PlotSpec): Table {
   const xs = (one: Series): string => one.points.map(([at]) => at).join();
   const shared = series.every((one) => xs(one) === xs(series[0] ?? one));
-  if (shared)
+  if (shared && remarks === undefined)
     return {
       columns: [x.caption, ...series.map(({ name }) => name)],
       rows: (series[0]?.points ?? []).map(([at], i) => [
@@ -46,9 +48,14 @@ export function table_of({ x, y, series }: PlotSpec): Table {
       ]),
     };
   return {
-    columns: ["", x.caption, y.caption],
-    rows: series.flatMap(({ name, points }) =>
-      points.map(([at, value]) => [name, digits(at), digits(value)]),
+    columns: ["", x.caption, y.caption, ...(remarks === undefined ? [] : [remarks])],
+    rows: series.flatMap((one) =>
+      one.points.map(([at, value], i) => [
+        one.name,
+        digits(at),
+        digits(value),
+        ...(remarks === undefined ? [] : [one.remarks?.[i] ?? ""]),
+      ]),
     ),
   };
 }

@@ -7,7 +7,9 @@ import type { ChartReport, Distance } from "./contract.ts";
 import { complaint_of } from "./faults.ts";
 import { segments } from "./fields.ts";
 import { LatestTask } from "./latest_task.ts";
-import { patiently } from "./picture_updates.ts";
+import { measured_blur, measured_words, with_measured } from "./measured_blur.ts";
+import type { MeasuredBlur } from "./measured_blur.ts";
+import { patiently, pause } from "./picture_updates.ts";
 import "./pinhole_row.ts";
 import "./plot.ts";
 import { blur_plot, chart_request, contrast_plot, pinhole_plot, speed_plot } from "./plot_data.ts";
@@ -18,6 +20,8 @@ import type { PlaygroundState } from "./state.ts";
 
 type Kind = "blur" | "contrast" | "pinhole" | "speed";
 const kWavelengths_nm = [450, 550, 650];
+/// The picture goes first: blur is measured once the settings rest.
+const kBeforeMeasuring_ms = 500;
 const kPace = { rest_ms: 150, patience_ms: 600 };
 
 interface Question {
@@ -40,6 +44,7 @@ export class PlotsPanel extends LitElement {
   @state() private chart_: ChartReport | undefined;
   @state() private share_: number | undefined;
   @state() private message_ = "";
+  @state() private measuring_ = "";
   private asked_ = "";
 
   private readonly task_ = new LatestTask<Question>(async (question, signal) => {
@@ -114,6 +119,7 @@ export class PlotsPanel extends LitElement {
             ></fstop-pinhole-row>`
           : nothing
       }
+      ${this.kind_ === "blur" ? html`<p class="muted" role="status">${this.measuring_}</p>` : nothing}
       ${this.kind_ === "speed" && this.chart_ ? this.reasons_(this.chart_) : nothing}`;
   }
 
@@ -207,11 +213,33 @@ export class PlotsPanel extends LitElement {
       }
     } catch (error) {
       const { message, faults } = complaint_of(error);
+      this.measuring_ = "";
       if (!signal.aborted)
         this.message_ = [message, ...faults.map(({ detail }) => detail)].join(" ");
     } finally {
       this.share_ = undefined;
     }
+  }
+
+  /// The theory at once, then what pictures say of it.
+  private async blur_(
+    client: ApiClient,
+    state: PlaygroundState,
+    signal: AbortSignal,
+  ): Promise<PlotSpec> {
+    this.measuring_ = "";
+    const { plot, optics } = await blur_plot(client, state, signal);
+    const points: MeasuredBlur[] = [];
+    this.plot_ = with_measured(plot, points);
+    this.of_ = this.key_();
+    await pause(kBeforeMeasuring_ms, signal);
+    this.measuring_ = "Measuring blur in rendered pictures …";
+    for await (const point of measured_blur(client, state, optics, signal)) {
+      points.push(point);
+      this.plot_ = with_measured(plot, points);
+    }
+    this.measuring_ = measured_words(points);
+    return with_measured(plot, points);
   }
 
   private async answer_(
@@ -221,7 +249,7 @@ export class PlotsPanel extends LitElement {
     subject_m: Distance,
     signal: AbortSignal,
   ): Promise<PlotSpec> {
-    if (kind === "blur") return blur_plot(client, state, signal);
+    if (kind === "blur") return this.blur_(client, state, signal);
     if (kind === "contrast") return contrast_plot(client, state, subject_m, signal);
     if (kind === "speed") {
       const on_progress = (share: number): void => void (this.share_ = share);

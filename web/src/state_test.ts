@@ -89,8 +89,8 @@ describe("sensor formats", () => {
   // The contract: |(height_mm / height) / (width_mm / width) - 1| * longer side <= 1e-3.
   it("are divided into square pixels at every size, charts' too", () => {
     for (const name of kSensorNames) {
-      const { sensor_mm, sizes } = sensor_format(name);
-      for (const { width, height } of [...sizes, chart_size(name)]) {
+      const { sensor_mm, previews, picture } = sensor_format(name);
+      for (const { width, height } of [...previews, picture, chart_size(name)]) {
         expect(Number.isInteger(width) && Number.isInteger(height), name).toBe(true);
         const aspect = sensor_mm[1] / height / (sensor_mm[0] / width);
         expect(Math.abs(aspect - 1) * Math.max(width, height), name).toBeLessThan(1e-3);
