@@ -41,6 +41,7 @@ std::vector<Operation> operations() {
                                       .at("schema")
                                       .at("$ref")
                                       .get<std::string>();
+    if (path == "/v1/measurements") continue;  // of pictures, which no generator draws
     Operation operation{path, reference.substr(reference.rfind('/') + 1), {}};
     for (const auto& [status, response] : call.at("responses").items()) {
       if (status != "default") operation.statuses.insert(std::stoi(status));
@@ -153,8 +154,7 @@ TEST_P(Generated, WhatViolatesTheContractIsRefusedAtThatPlace) {
     ASSERT_EQ(reply.status, 422) << i << ": " << reply.body << '\n' << wrong.value;
     const json errors = json::parse(reply.body).value("errors", json::array());
     bool is_told = false;
-    for (const json& error : errors)
-      is_told = is_told || error.at("pointer") == wrong.pointer;
+    for (const json& error : errors) is_told = is_told || error.at("pointer") == wrong.pointer;
     EXPECT_TRUE(is_told) << i << ": " << wrong.what << " at " << wrong.pointer << ": " << reply.body
                          << '\n'
                          << wrong.value;

@@ -68,6 +68,7 @@ class Generator {
       type = chosen.at("type")[0].get<std::string>();
       if (dice_.one_in(3)) return nullptr;
     }
+    if (type == "null") return nullptr;
     if (type == "object") return object(chosen, pointer);
     if (type == "array") return array(chosen, pointer);
     if (type == "string") return text(chosen, pointer);
@@ -92,11 +93,17 @@ class Generator {
       for (std::size_t i = 0; i < choices.size(); ++i)
         (i == taken ? required : left_out).insert(choices[i].at("required")[0].get<std::string>());
     }
+    if (schema.contains("anyOf")) {  // of members of which at least one must be there
+      const json& choices = schema.at("anyOf");
+      const std::size_t taken = dice_.below(choices.size());
+      required.insert(choices[taken].at("required")[0].get<std::string>());
+    }
     if (schema.contains("properties")) {
       for (const auto& [name, member] : schema.at("properties").items()) {
         const bool must = required.contains(name);
         if (left_out.contains(name) || (!must && !dice_.one_in(3))) continue;
-        made[name] = value(member, pointer + "/" + name, must && !schema.contains("oneOf"));
+        made[name] = value(member, pointer + "/" + name,
+                           must && !schema.contains("oneOf") && !schema.contains("anyOf"));
       }
     } else {
       for (const char* name : kNames) {
