@@ -65,8 +65,10 @@ export class LatestTask<Input> {
 
   private async start_(): Promise<void> {
     this.waiting_since_ms_ = undefined;
+    // A start that waited for the run before may have taken the input: what runs now is its own.
+    if (this.next_ === undefined) return;
     const stale = this.current_;
-    if (this.next_?.urgency === "patient") await Promise.race([stale?.result, stale?.done]);
+    if (this.next_.urgency === "patient") await Promise.race([stale?.result, stale?.done]);
     stale?.abort.abort();
     await stale?.done;
     // Of several starts that waited for the same run, the first takes the newest input.

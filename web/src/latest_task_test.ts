@@ -60,6 +60,18 @@ describe("latest task", () => {
     expect(seen).toEqual({ at_work: 0, most_at_work: 1 });
   });
 
+  it("leaves a run alone whose input a start that waited has taken", async () => {
+    const { task, runs } = watched_task(1000, 300);
+    task.submit(1, "patient");
+    await vi.advanceTimersByTimeAsync(250);
+    task.submit(2, "patient"); // waits for the first result, at 300 ms
+    await vi.advanceTimersByTimeAsync(40);
+    task.submit(3); // rests until 330 ms
+    await vi.advanceTimersByTimeAsync(200);
+    expect(runs.map((run) => run.input)).toEqual([1, 3]);
+    expect(runs.map((run) => run.signal.aborted)).toEqual([true, false]);
+  });
+
   it("keeps showing something while inputs never rest", async () => {
     const { task, runs } = watched_task(10);
     for (let input = 0; input < 60; ++input) {
