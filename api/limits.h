@@ -37,7 +37,7 @@ struct Limits {
 
   // One request for measurements in a picture.
   std::size_t measurements = 64;
-  double measured_pixels = 2'097'152;                               // 2^21, over all of them
+  double measured_pixels = 2'097'152;                              // 2^21, over all of them
   std::size_t measured_image_pixels = std::size_t{4} * 1'048'576;  // of a picture that is sent
   int waiting_measurements = 16;  // on the server; more are answered 503
 

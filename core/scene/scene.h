@@ -68,7 +68,7 @@ struct MeshObject {
   std::string file = {};
   Interpolation interpolation = Interpolation::phong;
   std::optional<double> crease_angle = {};  // radians: normals are averaged from faces up to it
-  Mesh mesh = {};  // filled by load_assets
+  Mesh mesh = {};                           // filled by load_assets
 };
 struct SphereObject {
   Vec3 center = {};

@@ -68,7 +68,7 @@ def probe(port: int, seconds: float, answers) -> None:
         connection.sendall(wire)
         reply = connection.recv(65536)
         times.append(time.perf_counter() - start)
-        if not reply.startswith(b"HTTP/1.1 200") or not reply.endswith(b'{"status":"alive"}\n'):
+        if not reply.startswith(b"HTTP/1.1 200") or not reply.rstrip().endswith(b'{"status":"alive"}'):
             errors += 1
         time.sleep(PAUSE_S)
     answers.put((times, errors))
