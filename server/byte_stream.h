@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "api/scene_assets.h"
+#include "core/build_stop.h"
 #include "core/error.h"
 
 namespace fstop::server {
@@ -89,6 +91,15 @@ class ByteReader {
   void require_end() const { require(rest_.empty()); }
 
  private:
+  // So much is read between two looks at a stop (BuildStop): a scene may be given up meanwhile.
+  static constexpr std::size_t kPart = 1 << 20;
+  static void copy(std::string_view bytes, void* to) {
+    for (std::size_t first = 0; first < bytes.size(); first += kPart) {
+      BuildStop::throw_if_requested();
+      const std::string_view part = bytes.substr(first, kPart);
+      std::memcpy(static_cast<char*>(to) + first, part.data(), part.size());
+    }
+  }
   template <Plain T>
   void get(T& value) {
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
@@ -106,15 +117,20 @@ class ByteReader {
                                 static_cast<std::uint64_t>(channels) * sizeof(float);
     const std::string_view floats = take(bytes);
     image = Image(width, height, channels);
-    std::memcpy(image.pixels().data(), floats.data(), floats.size());
+    copy(floats, image.pixels().data());
   }
   template <typename T>
   void get(std::vector<T>& values) {
     if constexpr (Plain<T>) {
       const std::uint64_t size = count(sizeof(T));
       const std::string_view bytes = take(size * sizeof(T));
-      values.resize(size);
-      if (size > 0) std::memcpy(values.data(), bytes.data(), bytes.size());
+      values.reserve(size);
+      constexpr std::size_t kSome = std::max<std::size_t>(1, kPart / sizeof(T));
+      for (std::size_t first = 0; first < size; first += kSome) {
+        const std::size_t some = std::min(kSome, size - first);
+        values.resize(first + some);  // as it is filled: zeros of all at once would take long
+        copy(bytes.substr(first * sizeof(T), some * sizeof(T)), values.data() + first);
+      }
     } else {
       values.resize(count(1));
       for (T& value : values) get(value);
