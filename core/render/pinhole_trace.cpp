@@ -26,6 +26,10 @@ Quote PinholeTrace::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.effects.defocus == EffectChoice::on) {
     return {.refusal = "has no pupil, and defocus must be modelled"};
   }
+  const bool has_pupil = shot.effects.defocus != EffectChoice::off;
+  if (has_pupil && shot.quality.sampling.lens != SamplePattern::low_discrepancy) {
+    return {.refusal = "has no pupil, and a pattern was asked for on it"};
+  }
   Quote quote;
   if (shot.effects.defocus == EffectChoice::automatic) {
     char why[64];

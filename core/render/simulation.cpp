@@ -89,11 +89,14 @@ double unseen_emitters_rmse(const ShotFacts& facts) {
 // often too bright as too dark.
 ImageError error_of(const RenderOutcome& outcome, double bias, double unseen, double target) {
   // Two-sided 95 % of a normal distribution.
-  return {.estimate = std::sqrt(outcome.noise.mse + bias * bias),
-          .upper_95 = std::sqrt(outcome.noise.mse_upper_95 + bias * bias + unseen * unseen),
-          .target = target,
-          .energy = outcome.noise.energy,
-          .energy_upper_95 = 1.959964 * outcome.noise.energy};
+  // Values clipped to [0,1] differ by at most 1.
+  const double square = bias * bias;
+  return {
+      .estimate = std::min(1.0, std::sqrt(outcome.noise.mse + square)),
+      .upper_95 = std::min(1.0, std::sqrt(outcome.noise.mse_upper_95 + square + unseen * unseen)),
+      .target = target,
+      .energy = outcome.noise.energy,
+      .energy_upper_95 = 1.959964 * outcome.noise.energy};
 }
 
 }  // namespace

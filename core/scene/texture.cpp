@@ -261,8 +261,10 @@ Texture::Texel Texture::nearest(float u, float v) const noexcept {
 
 Texture::Texel Texture::mean_of_square(float u, float v, float side) const noexcept {
   const Level& full = levels_.front();
-  const double x = double{u} * full.width;
-  const double y = (1.0 - double{v}) * full.height;
+  // Where the image goes on as it ends, the square may lie far outside; beyond this, all is edge.
+  const auto bounded = [](float uv) { return std::clamp(double{uv}, -1e9, 1e9); };
+  const double x = bounded(u) * full.width;
+  const double y = (1.0 - bounded(v)) * full.height;
   const Rgb mean = sums_->mean(x, y, double{side}, double{side});
   return Texel{mean[0], mean[1], mean[2], 0.0F};
 }
@@ -273,13 +275,16 @@ Texture::Texel Texture::any_of_square(float u, float v, float side) const noexce
       hash_of(std::bit_cast<std::uint32_t>(u), std::bit_cast<std::uint32_t>(v));
   const float across = static_cast<float>(hash >> 16) * 0x1p-16F - 0.5F;
   const float down = static_cast<float>(hash & 0xffffU) * 0x1p-16F - 0.5F;
-  return nearest(u + across * side / static_cast<float>(full.width),
-                 v + down * side / static_cast<float>(full.height));
+  return nearest(within_period(u + across * side / static_cast<float>(full.width), wrap_),
+                 within_period(v + down * side / static_cast<float>(full.height), wrap_));
 }
 
 Rgb Texture::sample(float u, float v, float footprint) const noexcept {
-  u = within_period(u, wrap_);
-  v = within_period(v, wrap_);
+  // Where an image goes on as it ends, a square's place beyond the edge matters.
+  const bool far = wrap_ == TextureWrap::clamp &&
+                   (filter_ == TextureFilter::summed_area || filter_ == TextureFilter::stochastic);
+  u = far && u == u ? u : within_period(u, wrap_);
+  v = far && v == v ? v : within_period(v, wrap_);
   Texel texel = {};
   if (filter_ == TextureFilter::nearest) {
     texel = nearest(u, v);

@@ -96,6 +96,23 @@ TEST(TextureFilters, StochasticLookupsAverageToTheBox) {
   }
 }
 
+// Far beyond the edges of an image that goes on as it ends there is the edge alone, however wide
+// the lookup.
+TEST(TextureFilters, FarBeyondAClampedImageIsItsEdge) {
+  for (const TextureFilter filter : {TextureFilter::summed_area, TextureFilter::stochastic}) {
+    TextureSource source = sinusoid(1, filter);
+    source.wrap = TextureWrap::clamp;
+    const float left = source.image.at(0, 0)[0];
+    const float right = source.image.at(kSize - 1, 0)[0];
+    const Texture texture(source);
+    for (const float far : {30.0F, 3000.0F, 1e5F, 1e6F}) {
+      const float width = far * kSize / 20.0F;
+      EXPECT_NEAR(texture.sample(-far, 0.5F, width)[0], left, 1e-6F) << far;
+      EXPECT_NEAR(texture.sample(far, 0.5F, width)[0], right, 1e-6F) << far;
+    }
+  }
+}
+
 TEST(TextureFilters, StochasticLookupsReadWholeTexels) {
   TextureSource source = sinusoid(1, TextureFilter::stochastic);
   for (int y = 0; y < kSize; ++y) {
