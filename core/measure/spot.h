@@ -35,12 +35,11 @@ struct Spot {
   std::vector<double> encircled_diameters = {};
 };
 
-/// Valid: the sum over pixels is the integral but for 0.182/sqrt(d) px^2 of a disc of d px: 1.3 %
-/// of
-///        its diameter at 5 px, 0.23 % at 10 px, 0.01 % at 40 px (spot_test.cpp). Moments weigh
-///        light by its squared distance, so the region must hold all of the spot and noise must be
-///        low; of waves, whose rings go on for ever, the moments grow with the region, while
-///        encircled diameters hold. A pixel's light counts as even over its square.
+/// Valid: the sum over pixels is the integral but for 0.182/sqrt(d) px^2 of a disc of d px:
+///        1.3 % of its diameter at 5 px, 0.23 % at 10 px, 0.01 % at 40 px (spot_test.cpp). Moments
+///        weigh light by its squared distance, so the region must hold all of the spot and noise
+///        must be low; of waves, whose rings go on for ever, the moments grow with the region,
+///        while encircled diameters hold. A pixel's light counts as even over its square.
 /// Throws: Error{outside_domain} unless the region lies inside the image, is at least 3 px wide
 ///         and high, the channel exists, values are finite, blades is 0 or at least 3, fractions
 ///         lie between 0 and 1, there is light, and the spot is wider than source and pixel.
