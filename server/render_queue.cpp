@@ -14,7 +14,7 @@
 
 #include "core/error.h"
 #include "server/http_message.h"
-#include "server/workers.h"
+#include "server/thread_priority.h"
 
 namespace fstop::server {
 namespace {

@@ -21,8 +21,8 @@
 #include "core/parallel.h"
 #include "server/channel.h"
 #include "server/progress.h"
+#include "server/thread_priority.h"
 #include "server/worker_messages.h"
-#include "server/workers.h"
 
 namespace fstop::server {
 namespace {
@@ -77,7 +77,10 @@ class RenderWorker {
   explicit RenderWorker(const WorkerShape& shape)
       : channel_(Descriptor(kWorkerSocket)), scenes_(shape.scene_bytes) {
     // It only waits: on a busy machine a stop must not wait behind what is to be stopped.
-    std::thread([this] { listen(); }).detach();
+    std::thread([this] {
+      make_this_thread_quick();
+      listen();
+    }).detach();
     make_this_thread_nice(shape.niceness);  // threads begun from here on inherit it
     pool_.emplace(shape.threads);
     channel_.send(MessageKind::hello, 0);

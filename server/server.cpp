@@ -23,6 +23,7 @@
 #include "server/counted.h"
 #include "server/negotiation.h"
 #include "server/reply_head.h"
+#include "server/thread_priority.h"
 
 namespace fstop::server {
 namespace {
@@ -231,13 +232,17 @@ void Server::run() {
   std::jthread probes;
   if (probe_listener_) {
     probe_listener_->start();
-    probes = std::jthread([this] { probe_io_.run(); });
+    probes = std::jthread([this] {
+      make_this_thread_quick();
+      probe_io_.run();
+    });
   }
   const bool is_v6 = config_.address.find(':') != std::string::npos;
   log_.event("serving",
              {{"url", "http://" + (is_v6 ? "[" + config_.address + "]" : config_.address) + ":" +
                           std::to_string(port()) + "/"},
               {"threads", pool_.threads()}});
+  make_this_thread_quick();
   io_.run();
   probe_io_.stop();
   log_.event("stopped");

@@ -41,7 +41,4 @@ class Workers {
   std::vector<std::jthread> threads_;
 };
 
-/// Adds `niceness` to the calling thread's own.
-void make_this_thread_nice(int niceness);
-
 }  // namespace fstop::server

@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/build_stop.h"
+
 namespace fstop {
 
 SummedArea::SummedArea(const Image& image, bool repeats)
     : width_(image.width()), height_(image.height()), repeats_(repeats) {
-  sums_.resize(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1));
   const auto stride = static_cast<std::size_t>(width_ + 1);
+  sums_.reserve(stride * static_cast<std::size_t>(height_ + 1));
+  sums_.resize(stride);
   for (int y = 0; y < height_; ++y) {
+    BuildStop::throw_if_requested();
+    sums_.resize(sums_.size() + stride);
     Sum row = {};
     for (int x = 0; x < width_; ++x) {
       const std::size_t above =

@@ -49,15 +49,10 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   if (image.empty() || image.channels() != 3) {
     throw Error(ErrorCode::bad_image, "texture " + source.name + " has no RGB pixels");
   }
-  texels_.reserve(static_cast<std::size_t>(image.width() + 1) *
-                      static_cast<std::size_t>(image.height() + 1) * 4 / 3 +
-                  64);
-  levels_.push_back({image.width(), image.height(), stride_of(image.width()), 0});
-  const Level full = levels_.back();
-  texels_.resize(static_cast<std::size_t>(full.stride) *
-                 (static_cast<std::size_t>(full.height) + 1));
+  lay_out_levels(image.width(), image.height());
+  const Level& full = levels_.front();
   for (int y = 0; y < image.height(); ++y) {
-    BuildStop::throw_if_requested();
+    begin_row(full, y);
     for (int x = 0; x < image.width(); ++x) {
       const float* p = image.at(x, y);
       texel(full, static_cast<std::size_t>(x), static_cast<std::size_t>(y)) =
@@ -68,18 +63,33 @@ Texture::Texture(const TextureSource& source) : filter_(source.filter), wrap_(so
   texels_per_uv_ =
       std::sqrt(static_cast<float>(image.width()) * static_cast<float>(image.height()));
   if (filter_ == TextureFilter::summed_area) sums_.emplace(image, wrap_ == TextureWrap::repeat);
-  if (filter_ != TextureFilter::mipmap) return;
-  while (levels_.back().width > 1 || levels_.back().height > 1) add_level(levels_.back());
+  for (std::size_t i = 1; i < levels_.size(); ++i) fill_level(levels_[i], levels_[i - 1]);
 }
 
-void Texture::add_level(const Level& finer_level) {
-  const Level finer = finer_level;
-  const int width = std::max(1, finer.width / 2);
-  const Level coarser{width, std::max(1, finer.height / 2), stride_of(width), texels_.size()};
-  texels_.resize(coarser.first + static_cast<std::size_t>(coarser.stride) *
-                                     (static_cast<std::size_t>(coarser.height) + 1));
+// Reserves what all levels take: moving the texels of a large image takes longer than a stop may.
+void Texture::lay_out_levels(int width, int height) {
+  std::size_t first = 0;
+  for (;;) {
+    levels_.push_back({width, height, stride_of(width), first});
+    first +=
+        static_cast<std::size_t>(levels_.back().stride) * (static_cast<std::size_t>(height) + 1);
+    if (filter_ != TextureFilter::mipmap || (width == 1 && height == 1)) break;
+    width = std::max(1, width / 2);
+    height = std::max(1, height / 2);
+  }
+  texels_.reserve(first);
+}
+
+// Row by row, so that a stop is seen while the texels' memory is first touched.
+void Texture::begin_row(const Level& level, int y) {
+  BuildStop::throw_if_requested();
+  texels_.resize(level.first +
+                 static_cast<std::size_t>(level.stride) * (static_cast<std::size_t>(y) + 1));
+}
+
+void Texture::fill_level(const Level& coarser, const Level& finer) {
   for (int y = 0; y < coarser.height; ++y) {
-    BuildStop::throw_if_requested();
+    begin_row(coarser, y);
     const Overlap rows = overlap_of(y, coarser.height, finer.height);
     for (int x = 0; x < coarser.width; ++x) {
       const Overlap columns = overlap_of(x, coarser.width, finer.width);
@@ -96,13 +106,13 @@ void Texture::add_level(const Level& finer_level) {
     }
   }
   add_border(coarser);
-  levels_.push_back(coarser);
 }
 
 void Texture::add_border(const Level& level) {
   const auto width = static_cast<std::size_t>(level.width);
   const auto height = static_cast<std::size_t>(level.height);
   const bool repeats = wrap_ == TextureWrap::repeat;
+  begin_row(level, level.height);
   for (std::size_t y = 0; y < height; ++y) {
     texel(level, width, y) = texel(level, repeats ? 0 : width - 1, y);
   }

@@ -61,7 +61,9 @@ class Texture {
   Texel nearest(float u, float v) const noexcept;
   Texel mean_of_square(float u, float v, float side) const noexcept;
   Texel any_of_square(float u, float v, float side) const noexcept;
-  void add_level(const Level& finer);
+  void lay_out_levels(int width, int height);
+  void begin_row(const Level& level, int y);
+  void fill_level(const Level& coarser, const Level& finer);
   void add_border(const Level& level);
   Texel& texel(const Level& level, std::size_t x, std::size_t y) noexcept {
     return texels_[level.first + y * static_cast<std::size_t>(level.stride) + x];

@@ -3,6 +3,7 @@
 import gc
 import json
 import multiprocessing
+import os
 import sys
 import threading
 import time
@@ -26,7 +27,10 @@ def render_without_end(port: int, number: int) -> None:
 
 
 def dawdle(port: int, slow: int, renders: int, told) -> None:
-    """All the load, in a process of its own: renders, and connections that send a byte now and then."""
+    """All the load, in a process of its own: renders, and connections that send a byte now and then.
+
+    It runs on the server's processors where real clients have their own: it yields to the server and the prober."""
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     for number in range(renders):
         threading.Thread(target=render_without_end, args=(port, number), daemon=True).start()
     wire = b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: " + b"a" * 4000
