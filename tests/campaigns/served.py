@@ -115,6 +115,15 @@ class Served:
                 total += 1024 * int(re.search(r"^Pss:\s+(\d+)", text, re.MULTILINE)[1])
         return total
 
+    def own_memory(self) -> int:
+        """Bytes in memory that no file backs: heaps and stacks, not the pages of libraries."""
+        total = 0
+        for process in self.processes():
+            with contextlib.suppress(OSError):
+                text = Path(f"/proc/{process}/smaps_rollup").read_text()
+                total += 1024 * int(re.search(r"^Anonymous:\s+(\d+)", text, re.MULTILINE)[1])
+        return total
+
     def descriptors(self) -> int:
         total = 0
         for process in self.processes():
