@@ -118,6 +118,12 @@ void read_pose(ObjectReader& camera, CameraSpec& spec) {
   }
 }
 
+// Left out of the normalised form where it is absent, so that older requests keep their ids.
+void read_velocity(ObjectReader& camera, CameraSpec& spec) {
+  if (camera.value("velocity_m_s", false) == nullptr) return;
+  spec.velocity = camera.vec3("velocity_m_s", 1e5, "m/s", Vec3{});
+}
+
 void read_exposure(ObjectReader& camera, CameraSpec& spec) {
   spec.shutter_seconds = camera.number("shutter_s", {0.0, 1e5}, 0.0);
   const nlohmann::json* exposure = camera.value("exposure", false);
@@ -185,6 +191,7 @@ CameraSpec read_camera(ObjectReader& camera) {
   spec.monochromatic = camera.choice<bool>("spectrum", kSpectra, "rgb");
   read_optics(camera, spec);
   read_exposure(camera, spec);
+  read_velocity(camera, spec);
   camera.reject_unread_members();
   return spec;
 }

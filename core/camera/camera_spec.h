@@ -40,6 +40,7 @@ struct CameraSpec {
   bool monochromatic = false;  // all light has `wavelength`; else each channel has its own band
   bool breathing = true;  // lens only: sensor at the image distance of the focused plane, else at f
   double shutter_seconds = 0.0;
+  Vec3 velocity = {};  // metres per second, world: what stands still passes by the other way
   std::optional<IsoExposure> exposure = {};
 };
 

@@ -53,6 +53,18 @@ FSTOP_KERNEL void aim(const Bundle& bundle, const LaneFloats& corner_x, const La
     packet.object[k] = kNoHit;
   }
 }
+
+// Every ray begins where the camera is at its time.
+FSTOP_KERNEL void move_origins(Vec3f velocity, RayPacket& packet) {
+  constexpr auto kUnit = static_cast<float>(kLongestShutter);
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const float seconds = kUnit * packet.time[k];
+    packet.org_x[k] += seconds * velocity.x;
+    packet.org_y[k] += seconds * velocity.y;
+    packet.org_z[k] += seconds * velocity.z;
+  }
+}
+
 // The chief ray's cosine to the fourth power: 1/(1 + a^2)^2 of its slopes.
 FSTOP_KERNEL void fall_off(const LaneFloats& corner_x, const LaneFloats& corner_y, float slope,
                            TracedPacket& traced) {
@@ -154,6 +166,7 @@ FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
     time_.fill(index, packet.time);
     const auto share = source_.shutter_seconds / static_cast<float>(kLongestShutter);
     for (float& t : packet.time) t *= share;
+    if (source_.velocity != Vec3f{}) move_origins(source_.velocity, packet);
   }
   source_.scene.intersect(packet, valid_, Coherence::coherent);
   std::uint64_t rays = lanes_;

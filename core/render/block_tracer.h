@@ -22,6 +22,7 @@ struct SampleSource {
   bool falloff = false;              // multiply by the chief ray's cos^4
   float exposure = 1.0F;             // factor from radiance to pixel value
   float shutter_seconds = 0.0F;      // > 0: rays are spread over the time the shutter is open
+  Vec3f velocity = {};               // of the camera, m/s, over that time
   float certain_light = 0.0F;        // ShadingInputs::certain_light
   float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
   std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask

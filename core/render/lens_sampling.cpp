@@ -66,6 +66,7 @@ RenderOutcome LensReconstruction::render(const Shot& shot, const ShotFacts& fact
 }
 
 Quote BokehSplatting::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (facts.camera_moves) return {.refusal = "the camera moves: its emitters are left to samples"};
   if (facts.emitters_splatted == 0) {
     return {.refusal = "no small emitter brighter than white lies before this camera"};
   }

@@ -42,6 +42,7 @@ struct ShotFacts {
   double emitter_px = 0.0;       // pixels that their light fills, at most as bright as white
   int emitters_splatted = 0;     // of those, that the camera would splat
   bool moves = false;            // something moves while the shutter is open
+  bool camera_moves = false;     // and it is the camera, whose motion is modelled
   bool mirrors = false;          // something reflects or transmits
   double branch_share = 0.0;     // of the picture that shows such things
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most

@@ -159,7 +159,9 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
     model.push_back({.effect = "diffraction", .why = "switched off"});
   }
   if (facts.moves && shot.effects.motion != EffectChoice::off) {
-    model.push_back(modelled("motion", "objects move while the shutter is open"));
+    model.push_back(modelled("motion", facts.camera_moves
+                                           ? "the camera moves while the shutter is open"
+                                           : "objects move while the shutter is open"));
   } else {
     model.push_back({.effect = "motion",
                      .why = facts.moves ? "switched off" : "nothing moves during the exposure"});

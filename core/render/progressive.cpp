@@ -147,7 +147,8 @@ float certain_light(const Shot& shot) {
 }  // namespace
 
 SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_pupil) {
-  const bool motion = shot.effects.motion != EffectChoice::off && shot.scene->moves();
+  const bool motion = shot.effects.motion != EffectChoice::off &&
+                      (shot.scene->moves() || shot.camera.velocity != Vec3{});
   return {.scene = *shot.scene,
           .camera = camera,
           .sensor = shot.sensor,
@@ -157,6 +158,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .falloff = shot.effects.falloff != EffectChoice::off,
           .exposure = static_cast<float>(exposure_of(shot.camera)),
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
+          .velocity = motion ? to_float(shot.camera.velocity) : Vec3f{},
           .certain_light = certain_light(shot),
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality))};
 }

@@ -255,7 +255,10 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
     return facts;
   }
   const Scene& scene = shot.scene->scene();
-  facts.moves = shot.scene->moves() && shot.camera.shutter_seconds > 0.0;
+  facts.camera_moves = shot.camera.velocity != Vec3{} && shot.camera.shutter_seconds > 0.0 &&
+                       shot.effects.motion != EffectChoice::off;
+  facts.moves =
+      (shot.scene->moves() || shot.camera.velocity != Vec3{}) && shot.camera.shutter_seconds > 0.0;
   for (const Material& material : scene.materials) {
     facts.mirrors = facts.mirrors || material.reflection > 0.0 || material.transmission > 0.0;
   }

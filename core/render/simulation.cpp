@@ -142,10 +142,11 @@ double falloff_rmse(const Shot& shot, const Image& image, const RunControl& run)
 
 Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
   const Shot shot = shot_of(spec, &scene);
-  if (scene.moves() && spec.camera.shutter_seconds > kLongestShutter &&
-      spec.effects.motion != EffectChoice::off) {
-    throw Error(ErrorCode::outside_domain,
-                "needs shutter_s of at most 64 s where objects move, or effects.motion off");
+  if ((scene.moves() || spec.camera.velocity != Vec3{}) &&
+      spec.camera.shutter_seconds > kLongestShutter && spec.effects.motion != EffectChoice::off) {
+    throw Error(
+        ErrorCode::outside_domain,
+        "needs shutter_s of at most 64 s where objects or the camera move, or effects.motion off");
   }
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
   const ShotFacts facts = facts_of(shot, run);

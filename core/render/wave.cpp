@@ -332,6 +332,10 @@ Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
     quote.refusal = "models diffraction, which is switched off";
     return quote;
   }
+  if (facts.camera_moves) {
+    quote.refusal = "convolves layers of depth, which a moving camera mixes";
+    return quote;
+  }
   const WaveOptics optics(shot);
   quote.refusal = optics.refusal();
   if (quote.refusal.empty()) quote.refusal = memory_refusal(shot);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Mixed load for minutes: the memory stays flat, its slope after the warm-up below 1 MiB in ten minutes."""
 import collections
+import contextlib
 import json
 import random
 import sys
@@ -13,17 +14,8 @@ from served import (MEBIBYTE, OPTICS, arguments, ask, connect, endless, load, re
 
 CLIENTS = 6
 ALLOWED = MEBIBYTE  # in ten minutes
-SAMPLE_S = 0.5
-WINDOW_S = 20.0
-
-
-def least_of_windows(samples: list[tuple[float, int]]) -> list[tuple[float, int]]:
-    """Of every window the least: what renders and readers use while they run comes and goes by tens of MiB, what
-    is not given back stays."""
-    windows = collections.defaultdict(list)
-    for at, memory in samples:
-        windows[int(at / WINDOW_S)].append((memory, at))
-    return [(at, memory) for memory, at in map(min, windows.values())]
+ROUND_S = 20.0
+REST_S = 0.5
 
 
 class Load:
@@ -89,11 +81,11 @@ class Load:
     def a_page(self):
         return ask(self.port, "GET", self.dice.choice(["/docs", "/openapi.json", "/metrics", "/v1/scenes"])).status, (200,)
 
-    def run(self, is_over: threading.Event) -> None:
+    def run(self, pauses: "Pauses") -> None:
         kinds = [(self.a_new_render, 3), (self.a_finished_render, 6), (self.optics, 6), (self.a_point, 1),
                  (self.a_job_withdrawn, 1), (self.a_client_that_vanishes, 1), (self.an_upload, 1),
                  (self.a_bad_request, 4), (self.a_page, 2)]
-        while not is_over.is_set():
+        while pauses.go_on():
             work = self.dice.choices([kind for kind, _ in kinds], [weight for _, weight in kinds])[0]
             status, expected = work()
             require(status in expected, f"{status} for {work.__name__}")
@@ -101,29 +93,65 @@ class Load:
             time.sleep(self.dice.uniform(0, 0.05))
 
 
+class Pauses:
+    """All clients rest at once from time to time: memory is told then, what requests use comes and goes."""
+
+    def __init__(self, clients: int):
+        self.barrier = threading.Barrier(clients + 1)
+        self.rests = threading.Event()
+        self.is_over = threading.Event()
+
+    def go_on(self) -> bool:
+        """A client asks between two requests, and waits while all rest."""
+        if self.rests.is_set():
+            self.barrier.wait()  # here it rests
+            self.barrier.wait()  # here it goes on
+        return not self.is_over.is_set()
+
+    def at_rest(self, measure):
+        self.rests.set()
+        self.barrier.wait()
+        measured = measure()
+        self.rests.clear()
+        self.barrier.wait()
+        return measured
+
+    def end(self) -> None:
+        self.is_over.set()
+        self.barrier.abort()
+
+
 def main() -> None:
     options = arguments(__doc__, ("minutes", 10.0, "of load, a third of them warm-up"))
     counts = collections.Counter()
     failures = []
     samples = []
-    is_over = threading.Event()
+    pauses = Pauses(CLIENTS)
     # Bounds that are reached within the warm-up, so that what is kept does not grow any more.
     with served(options.program, "--memory-mib", "8", "--cache-mib", "16") as server:
         def client(number: int) -> None:
             try:
-                Load(server.port, number, counts).run(is_over)
+                Load(server.port, number, counts).run(pauses)
+            except threading.BrokenBarrierError:
+                pass
             except BaseException as failure:  # also SystemExit of require()
                 failures.append(failure)
-                is_over.set()
+                pauses.end()
+
+        def memory() -> int:
+            server.wait_until_idle()
+            time.sleep(REST_S)
+            return server.own_memory()
         clients = [threading.Thread(target=client, args=(number,), daemon=True) for number in range(CLIENTS)]
         start = time.monotonic()
         for thread in clients:
             thread.start()
-        while time.monotonic() - start < 60 * options.minutes and not is_over.is_set():
-            time.sleep(SAMPLE_S)
-            samples.append((time.monotonic() - start, server.own_memory()))
+        with contextlib.suppress(threading.BrokenBarrierError):
+            while time.monotonic() - start < 60 * options.minutes:
+                pauses.is_over.wait(ROUND_S)
+                samples.append((time.monotonic() - start, pauses.at_rest(memory)))
         evicted = server.metric("fstop_cache_evicted_total") if not failures else 0
-        is_over.set()
+        pauses.end()
         for thread in clients:
             thread.join()
         if failures:
@@ -131,13 +159,13 @@ def main() -> None:
         server.wait_until_idle()
         server.require_clean_end()
     flat = [(at, memory) for at, memory in samples if at > 20 * options.minutes]
-    least = least_of_windows(flat)
-    growth = 600 * slope(least) / MEBIBYTE
+    growth = 600 * slope(flat) / MEBIBYTE
     memories = [memory / MEBIBYTE for _, memory in flat]
     print(f"soak: {options.minutes:g} min, {sum(counts.values())} requests ("
           + ", ".join(f"{name}: {count}" for name, count in sorted(counts.items()))
-          + f"), {evicted:.0f} results evicted; memory {min(memories):.1f} to {max(memories):.1f} MiB after the warm-up, "
-            f"slope of the least in {WINDOW_S:g} s {growth:+.2f} MiB in 10 min; {load()}")
+          + f"), {evicted:.0f} results evicted; memory at rest {min(memories):.1f} to {max(memories):.1f} MiB after the "
+            f"warm-up, slope {growth:+.2f} MiB in 10 min; {load()}")
+    print("memory at rest, MiB: " + " ".join(f"{memory / MEBIBYTE:.1f}" for _, memory in samples))
     require(growth < ALLOWED / MEBIBYTE, "memory grows")
 
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -62,10 +63,18 @@ struct Profile {
   double largest = 0.0;
 };
 
+// What moves to the right: the bar, or the camera to the left before a bar at rest.
+enum class Moving { bar, camera };
+
 // Rows' mean against the closed form.
-Profile deviation(double f_number, double depth) {
-  const SimulationSpec spec = moving_shot(f_number);
-  const Image image = finished_exr(spec, RayScene(moving_bar(depth, -0.25)));
+Profile deviation(double f_number, double depth, Moving moving = Moving::bar) {
+  SimulationSpec spec = moving_shot(f_number);
+  Scene scene = moving_bar(depth, -0.25);
+  if (moving == Moving::camera) {
+    scene.objects[0].velocity = {};
+    spec.camera.velocity = {-kSpeed, 0, 0};
+  }
+  const Image image = finished_exr(spec, RayScene(scene));
   const double v = 1.0 / (1.0 / 0.050 - 1.0 / 2.0);
   const double px = v / depth / kPitch.si();  // of a metre at that depth
   const double left = kWidth / 2.0 - 0.25 * px;
@@ -102,6 +111,34 @@ TEST(Motion, LensAndMotionTogetherAreTheProductIntegral) {
     std::printf("motion out of focus, f/%.1f: worst %.4f of %.3f\n", f_number, profile.worst,
                 profile.largest);
     EXPECT_LT(profile.worst, 0.01 * profile.largest);
+  }
+}
+
+// The camera passes a bar at rest: the same profiles.
+TEST(Motion, AMovingCameraBlursWhatStandsStill) {
+  for (const auto& [f_number, depth] : {std::pair{1.4, 2.0}, {2.0, 8.0}}) {
+    const Profile profile = deviation(f_number, depth, Moving::camera);
+    std::printf("moving camera, %.0f m: worst %.4f of %.3f\n", depth, profile.worst,
+                profile.largest);
+    EXPECT_GT(profile.largest, 0.7);
+    EXPECT_LT(profile.worst, 0.01);
+  }
+}
+
+// Towards a wall of stripes that the camera moves with, nothing is blurred.
+TEST(Motion, WhatMovesWithTheCameraIsSharp) {
+  SimulationSpec spec = moving_shot(1.4);
+  Scene scene = moving_bar(2.0, -0.25);
+  scene.objects[0].velocity = {0.4, 0.3, -1.5};
+  spec.camera.velocity = scene.objects[0].velocity;
+  const Image together = finished_exr(spec, RayScene(scene));
+  scene.objects[0].velocity = {};
+  spec.camera.velocity = {};
+  const Image at_rest = finished_exr(spec, RayScene(scene));
+  // Of the pixels only those differ that the bar's two edges cross: by the samples of other rays'
+  // roundings, one of 2048 and a few of their neighbours.
+  for (std::size_t i = 0; i < together.pixels().size(); ++i) {
+    ASSERT_NEAR(together.pixels()[i], at_rest.pixels()[i], 8.0F / 2048.0F) << i;
   }
 }
 
