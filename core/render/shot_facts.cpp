@@ -18,7 +18,7 @@ namespace {
 // Whether a lookup averages over a width, so that detail is lost.
 bool averages(TextureFilter filter) {
   return filter == TextureFilter::mipmap || filter == TextureFilter::summed_area ||
-         filter == TextureFilter::stochastic;
+         filter == TextureFilter::stochastic || filter == TextureFilter::anisotropic;
 }
 
 constexpr double kProbeRays = 20000.0;
