@@ -63,7 +63,7 @@ def main():
     stage.materials["heights"] = dict(clay, bump=bump)
     stage.materials["normals"] = dict(clay, normal_map={"texture": "normals"})
     stage.materials["smooth"] = clay
-    stage.materials["pewter"] = dict(plain((0.22, 0.22, 0.24), (0.6, 0.6, 0.6), 60), bump=bump)
+    stage.materials["pewter"] = dict(plain((0.22, 0.22, 0.24), (0.5, 0.5, 0.5), 60), bump=bump)
     stage.materials["ground"] = plain((0.45, 0.43, 0.40))
 
     def wall(x, material):
