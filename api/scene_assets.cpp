@@ -22,7 +22,9 @@ class AssetLoader {
     for (TextureSource& texture : scene.textures) load_texture(texture);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       auto* object = std::get_if<MeshObject>(&scene.objects[i].shape);
-      if (object != nullptr) load_mesh(*object, i);
+      if (object == nullptr) continue;
+      load_mesh(*object, i);
+      require_uv(scene, *object, i);
     }
     faults_.throw_if_any();
   }
@@ -71,6 +73,19 @@ class AssetLoader {
       require(triangles_, limits_.scene_triangles, "triangles");
       meshes_[object.file] = &object;
     });
+  }
+
+  // Relief has no direction on a mesh that has no texture coordinates of any kind.
+  void require_uv(const Scene& scene, const MeshObject& mesh, std::size_t index) {
+    const Object& object = scene.objects[index];
+    const Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+    const bool has_relief = material.bump.texture >= 0 || material.normal_map.texture >= 0;
+    const bool has_uv = !std::holds_alternative<OwnMapping>(object.mapping) ||
+                        !mesh.mesh.uvs.empty() || mesh.mesh.positions.empty();
+    if (!has_relief || has_uv) return;
+    faults_.add(pointer_ + "/objects/" + std::to_string(index) + "/mapping",
+                "is required: mesh " + mesh.file + " has no texture coordinates, which bump and " +
+                    "normal_map of material " + material.name + " need");
   }
 
   // What is wrong with a file is a fault of the request; what is wrong with the disk is not.

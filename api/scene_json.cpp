@@ -6,6 +6,7 @@
 
 #include "api/json_reader.h"
 #include "api/json_text.h"
+#include "core/scene/mapping.h"
 
 namespace fstop::api {
 namespace {
@@ -22,7 +23,8 @@ constexpr Named<ColorSpace> kColorSpaces[] = {{"srgb", ColorSpace::srgb},
 constexpr Named<TextureFilter> kFilters[] = {
     {"nearest", TextureFilter::nearest},         {"bilinear", TextureFilter::bilinear},
     {"mipmap", TextureFilter::mipmap},           {"summed-area", TextureFilter::summed_area},
-    {"brute-force", TextureFilter::brute_force}, {"stochastic", TextureFilter::stochastic}};
+    {"brute-force", TextureFilter::brute_force}, {"stochastic", TextureFilter::stochastic},
+    {"anisotropic", TextureFilter::anisotropic}};
 constexpr Named<TextureWrap> kWraps[] = {{"repeat", TextureWrap::repeat},
                                          {"clamp", TextureWrap::clamp}};
 constexpr Named<ShadingModel> kModels[] = {{"unlit", ShadingModel::unlit},
@@ -68,6 +70,12 @@ constexpr Named<Preset> kPresets[] = {
 enum class ShapeKind { mesh, sphere, quad };
 constexpr Named<ShapeKind> kShapes[] = {
     {"mesh", ShapeKind::mesh}, {"sphere", ShapeKind::sphere}, {"quad", ShapeKind::quad}};
+enum class MappingKind { own, planar, spherical, cylindrical, screen };
+constexpr Named<MappingKind> kMappings[] = {{"uv", MappingKind::own},
+                                            {"planar", MappingKind::planar},
+                                            {"spherical", MappingKind::spherical},
+                                            {"cylindrical", MappingKind::cylindrical},
+                                            {"screen", MappingKind::screen}};
 enum class LightKind { directional, point, spot, area };
 constexpr Named<LightKind> kLights[] = {{"directional", LightKind::directional},
                                         {"point", LightKind::point},
@@ -174,6 +182,8 @@ class SceneReader {
     if (!material.fresnel) reader.leave_out("fresnel");
     material.reflection_exponent = lobe(reader, "reflection_exponent");
     material.transmission_exponent = lobe(reader, "transmission_exponent");
+    material.bump = bump(reader);
+    material.normal_map = normal_map(reader);
     reader.reject_unread_members();
     return material;
   }
@@ -182,6 +192,36 @@ class SceneReader {
     const std::optional<double> exponent = reader.optional_number(key, {1.0, 1e6});
     if (!exponent) reader.leave_out(key);
     return exponent;
+  }
+
+  BumpMap bump(ObjectReader& material) const {
+    if (!material.has("bump")) return {};
+    ObjectReader reader = material.object("bump");
+    const int texture = relief_texture(reader);
+    const BumpMap bump{.texture = texture, .scale = reader.number("scale_m", {-1e3, 1e3})};
+    reader.reject_unread_members();
+    return bump;
+  }
+
+  NormalMap normal_map(ObjectReader& material) const {
+    if (!material.has("normal_map")) return {};
+    ObjectReader reader = material.object("normal_map");
+    const int texture = relief_texture(reader);
+    const NormalMap map{.texture = texture, .scale = reader.number("scale", {-1e3, 1e3}, 1.0)};
+    reader.reject_unread_members();
+    return map;
+  }
+
+  // Heights and normals are numbers, which the encoding of colours would bend.
+  int relief_texture(ObjectReader& reader) const {
+    const std::string name = reader.text("texture", kNameBytes);
+    if (!reader.clean()) return -1;
+    const int index = index_of(name, scene_.textures, reader, "texture");
+    if (!reader.clean()) return -1;
+    if (scene_.textures[static_cast<std::size_t>(index)].color_space != ColorSpace::linear) {
+      reader.fault("texture", "must be one of color_space \"linear\": its values are no colours");
+    }
+    return index;
   }
 
   Object object(ObjectReader& reader) const {
@@ -207,8 +247,82 @@ class SceneReader {
     const std::string name = reader.text("material", kNameBytes);
     if (reader.clean()) object.material = index_of(name, scene_.materials, reader, "material");
     object.velocity = reader.vec3("velocity_m_s", 1e5, "m/s", Vec3{});
+    object.mapping = mapping(reader);
+    if (reader.clean() && std::holds_alternative<ScreenMapping>(object.mapping) &&
+        has_relief(scene_.materials, object.material)) {
+      reader.fault("mapping",
+                   "must not be \"screen\", which gives no direction on the surface: "
+                   "the material's bump or normal_map needs one");
+    }
     reader.reject_unread_members();
     return object;
+  }
+
+  static bool has_relief(const std::vector<Material>& materials, int index) {
+    const Material& material = materials[static_cast<std::size_t>(index)];
+    return material.bump.texture >= 0 || material.normal_map.texture >= 0;
+  }
+
+  Mapping mapping(ObjectReader& object) const {
+    if (!object.has("mapping")) return {};
+    ObjectReader reader = object.object("mapping");
+    const MappingKind kind = reader.choice("type", words(kMappings));
+    if (!reader.clean()) return {};
+    Mapping mapping;
+    switch (kind) {
+      case MappingKind::own:
+        break;
+      case MappingKind::planar:
+        mapping = planar(reader);
+        break;
+      case MappingKind::spherical: {
+        SphericalMapping spherical{.origin = position(reader, "origin_m")};
+        read_turns(reader, spherical);
+        mapping = spherical;
+        break;
+      }
+      case MappingKind::cylindrical: {
+        CylindricalMapping cylindrical{.origin = position(reader, "origin_m")};
+        read_turns(reader, cylindrical);
+        cylindrical.height = reader.length("height_m", Length::si(kSmallestPeriod), largest()).si();
+        mapping = cylindrical;
+        break;
+      }
+      case MappingKind::screen:
+        mapping = ScreenMapping{};
+        break;
+    }
+    reader.reject_unread_members();
+    if (kind == MappingKind::own) object.leave_out("mapping");
+    return mapping;
+  }
+
+  PlanarMapping planar(ObjectReader& reader) const {
+    const PlanarMapping planar{.origin = position(reader, "origin_m"),
+                               .edge_u = position(reader, "edge_u_m"),
+                               .edge_v = position(reader, "edge_v_m")};
+    for (const auto& [key, edge] :
+         {std::pair{"edge_u_m", planar.edge_u}, std::pair{"edge_v_m", planar.edge_v}}) {
+      if (reader.clean() && norm(edge) < kSmallestPeriod) {
+        reader.fault(key, "must be at least 1e-06 m long");
+      }
+    }
+    require_area(reader, planar.edge_u, planar.edge_v);
+    return planar;
+  }
+
+  template <typename Turned>
+  static void read_turns(ObjectReader& reader, Turned& mapping) {
+    mapping.axis = reader.vec3("axis", 1e6, "", mapping.axis);
+    mapping.front = reader.vec3("front", 1e6, "", mapping.front);
+    mapping.around = static_cast<int>(reader.integer("around", 1, kMostTurns, 1));
+    if (!reader.clean()) return;
+    if (norm(mapping.axis) == 0.0) return reader.fault("axis", "must not be zero");
+    if (norm(mapping.front) == 0.0) return reader.fault("front", "must not be zero");
+    // As of edges: a sine below 1e-9 is rounding noise.
+    if (!(norm(cross(normalized(mapping.axis), normalized(mapping.front))) > 1e-9)) {
+      reader.fault("front", "must not be parallel to axis; its default is [0, 0, 1]");
+    }
   }
 
   static MeshObject mesh(ObjectReader& reader) {
@@ -226,8 +340,7 @@ class SceneReader {
   SphereObject sphere(ObjectReader& reader) const {
     SphereObject sphere;
     sphere.center = position(reader, "center_m");
-    const Length largest = Length::si(limits_.assets.max_coordinate);
-    sphere.radius = reader.length("radius_m", Length::si(1e-6), largest).si();
+    sphere.radius = reader.length("radius_m", Length::si(1e-6), largest()).si();
     return sphere;
   }
 
@@ -273,6 +386,7 @@ class SceneReader {
     return light;
   }
 
+  Length largest() const { return Length::si(limits_.assets.max_coordinate); }
   Vec3 position(ObjectReader& reader, std::string_view key) const {
     return reader.vec3(key, limits_.assets.max_coordinate, "m");
   }

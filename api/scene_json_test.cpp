@@ -140,6 +140,115 @@ TEST(SceneJson, RefusesWithPointer) {
   }
 }
 
+TEST(SceneJson, ReadsMappings) {
+  const auto mapping = [](const std::string& text) {
+    return parse_scene_text(with("/objects/2/mapping", text), Limits{}).scene.objects[2].mapping;
+  };
+  EXPECT_TRUE(std::holds_alternative<OwnMapping>(mapping(R"({"type": "uv"})")));
+  EXPECT_TRUE(std::holds_alternative<ScreenMapping>(mapping(R"({"type": "screen"})")));
+  const auto planar = std::get<PlanarMapping>(mapping(
+      R"({"type": "planar", "origin_m": [1,2,3], "edge_u_m": [0,0,2], "edge_v_m": [0,4,0]})"));
+  EXPECT_EQ(planar.origin, (Vec3{1, 2, 3}));
+  EXPECT_EQ(planar.edge_u, (Vec3{0, 0, 2}));
+  EXPECT_EQ(planar.edge_v, (Vec3{0, 4, 0}));
+  const auto plain =
+      std::get<SphericalMapping>(mapping(R"({"type": "spherical", "origin_m": [1,2,3]})"));
+  EXPECT_EQ(plain.origin, (Vec3{1, 2, 3}));
+  EXPECT_EQ(plain.axis, (Vec3{0, 1, 0}));
+  EXPECT_EQ(plain.front, (Vec3{0, 0, 1}));
+  EXPECT_EQ(plain.around, 1);
+  const auto tube = std::get<CylindricalMapping>(
+      mapping(R"({"type": "cylindrical", "origin_m": [1,2,3], "axis": [1,0,0], "front": [0,1,0],
+                  "height_m": 0.5, "around": 3})"));
+  EXPECT_EQ(tube.axis, (Vec3{1, 0, 0}));
+  EXPECT_EQ(tube.front, (Vec3{0, 1, 0}));
+  EXPECT_EQ(tube.height, 0.5);
+  EXPECT_EQ(tube.around, 3);
+}
+
+TEST(SceneJson, ReadsRelief) {
+  json value = json::parse(kScene);
+  value["materials"]["metal"]["bump"] = json::parse(R"({"texture": "card", "scale_m": -0.002})");
+  value["materials"]["glass"]["normal_map"] = json::parse(R"({"texture": "card"})");
+  const Scene scene = parse_scene_text(value.dump(), Limits{}).scene;
+  EXPECT_EQ(scene.materials[2].bump.texture, 1);
+  EXPECT_EQ(scene.materials[2].bump.scale, -0.002);
+  EXPECT_EQ(scene.materials[2].normal_map.texture, -1);
+  EXPECT_EQ(scene.materials[1].normal_map.texture, 1);
+  EXPECT_EQ(scene.materials[1].normal_map.scale, 1.0);
+  EXPECT_EQ(scene.materials[1].bump.texture, -1);
+}
+
+std::string with_mapping(const std::string& members) {
+  return with("/objects/2/mapping", "{\"origin_m\": [0, 0, 0], " + members + "}");
+}
+
+TEST(SceneJson, RefusesMappingsAndReliefWithPointer) {
+  json screen = json::parse(kScene);
+  screen["materials"]["glass"]["bump"] = json::parse(R"({"texture": "card", "scale_m": 0.01})");
+  screen["objects"][2]["mapping"] = json::parse(R"({"type": "screen"})");
+  const std::string edges = R"("edge_u_m": [1,0,0], "edge_v_m": [0,1,0])";
+  const struct {
+    std::string text;
+    std::string pointer;
+    std::string detail;
+  } rows[] = {
+      {with("/objects/2/mapping", "\"screen\""), "#/objects/2/mapping", "object"},
+      {with("/objects/2/mapping", "{}"), "#/objects/2/mapping/type", "required"},
+      {with_mapping(R"("type": "cubic")"), "#/objects/2/mapping/type", "cylindrical, screen"},
+      {with_mapping(R"("type": "uv")"), "#/objects/2/mapping/origin_m", "unknown"},
+      {with_mapping(R"("type": "screen")"), "#/objects/2/mapping/origin_m", "unknown"},
+      {with("/objects/2/mapping", "{\"type\": \"planar\", " + edges + "}"),
+       "#/objects/2/mapping/origin_m", "required"},
+      {with_mapping(R"("type": "planar", "edge_u_m": [1,0,0], "edge_v_m": [2,0,0])"),
+       "#/objects/2/mapping/edge_v_m", "area"},
+      {with_mapping(R"("type": "planar", "edge_u_m": [0,0,0], "edge_v_m": [2,0,0])"),
+       "#/objects/2/mapping/edge_u_m", "1e-06 m"},
+      {with_mapping(R"("type": "planar", "edge_u_m": [1,0,0], "edge_v_m": [0,1e-7,0])"),
+       "#/objects/2/mapping/edge_v_m", "1e-06 m"},
+      {with_mapping(R"("type": "planar", "edge_u_m": [2e7,0,0], "edge_v_m": [0,1,0])"),
+       "#/objects/2/mapping/edge_u_m/0", "m"},
+      {with_mapping(R"("type": "spherical", "axis": [0,0,0])"), "#/objects/2/mapping/axis", "zero"},
+      {with_mapping(R"("type": "spherical", "axis": [0,0,2])"), "#/objects/2/mapping/front",
+       "parallel"},
+      {with_mapping(R"("type": "spherical", "front": [0,0,0])"), "#/objects/2/mapping/front",
+       "zero"},
+      {with_mapping(R"("type": "spherical", "axis": [0,null,0])"), "#/objects/2/mapping/axis/1",
+       "number"},
+      {with_mapping(R"("type": "spherical", "around": 0)"), "#/objects/2/mapping/around",
+       "1 to 1000"},
+      {with_mapping(R"("type": "spherical", "around": 1.5)"), "#/objects/2/mapping/around",
+       "whole"},
+      {with_mapping(R"("type": "spherical", "height_m": 1)"), "#/objects/2/mapping/height_m",
+       "unknown"},
+      {with_mapping(R"("type": "cylindrical")"), "#/objects/2/mapping/height_m", "required"},
+      {with_mapping(R"("type": "cylindrical", "height_m": 0)"), "#/objects/2/mapping/height_m",
+       "1e-06 m"},
+      {screen.dump(), "#/objects/2/mapping", "bump"},
+      {with("/materials/metal/bump", "{\"texture\": \"card\"}"), "#/materials/metal/bump/scale_m",
+       "required"},
+      {with("/materials/metal/bump", R"({"texture": "wood", "scale_m": 1})"),
+       "#/materials/metal/bump/texture", "wood"},
+      {with("/materials/metal/bump", R"({"texture": "bark", "scale_m": 1})"),
+       "#/materials/metal/bump/texture", "linear"},
+      {with("/materials/metal/bump", R"({"texture": "card", "scale_m": 1001})"),
+       "#/materials/metal/bump/scale_m", "1000"},
+      {with("/materials/metal/normal_map", "\"card\""), "#/materials/metal/normal_map", "object"},
+      {with("/materials/metal/normal_map", R"({"texture": "card", "scale": null})"),
+       "#/materials/metal/normal_map/scale", "number"},
+      {with("/materials/metal/normal_map", R"({"texture": "bark"})"),
+       "#/materials/metal/normal_map/texture", "linear"},
+      {with("/materials/metal/normal_map", R"({"texture": "card", "scale_m": 1})"),
+       "#/materials/metal/normal_map/scale_m", "unknown"},
+  };
+  for (const auto& row : rows) {
+    const std::vector<FieldFault> faults = faults_of(row.text);
+    ASSERT_EQ(faults.size(), 1U) << row.text;
+    EXPECT_EQ(faults[0].pointer, row.pointer);
+    EXPECT_NE(faults[0].detail.find(row.detail), std::string::npos) << faults[0].detail;
+  }
+}
+
 TEST(SceneJson, HasOneCanonicalFormForOneMeaning) {
   const std::string canonical = parse_scene_text(kScene, Limits{}).canonical;
   EXPECT_EQ(parse_scene_text(canonical, Limits{}).canonical, canonical);
@@ -149,6 +258,18 @@ TEST(SceneJson, HasOneCanonicalFormForOneMeaning) {
   EXPECT_EQ(parse_scene_text(with("/objects/2/interpolation", "\"phong\""), Limits{}).canonical,
             canonical);
   EXPECT_EQ(parse_scene_text(with("/materials/metal/ior", "null"), Limits{}).canonical, canonical);
+  // What scenes had no word for leaves their form, and so their hash, as it was.
+  EXPECT_EQ(canonical.find("mapping"), std::string::npos);
+  EXPECT_EQ(canonical.find("bump"), std::string::npos);
+  EXPECT_EQ(canonical.find("normal_map"), std::string::npos);
+  EXPECT_EQ(parse_scene_text(with("/objects/2/mapping", R"({"type": "uv"})"), Limits{}).canonical,
+            canonical);
+  const std::string spherical =
+      parse_scene_text(with_mapping(R"("type": "spherical")"), Limits{}).canonical;
+  EXPECT_NE(spherical, canonical);
+  EXPECT_EQ(
+      parse_scene_text(with_mapping(R"("type": "spherical", "around": 1)"), Limits{}).canonical,
+      spherical);
   EXPECT_NE(parse_scene_text(with("/textures/bark/wrap", "\"clamp\""), Limits{}).canonical,
             canonical);
   EXPECT_NE(parse_scene_text(with("/background", "[0, 0, 0]"), Limits{}).canonical, canonical);

@@ -150,6 +150,24 @@ TEST_F(SceneStoreTest, NamesEveryMemberThatNeedsABadFile) {
   }
 }
 
+TEST_F(SceneStoreTest, ReliefNeedsCoordinatesOfAMesh) {
+  fs::copy_file(FSTOP_SOURCE_DIR "/core/scenes/night/label.png", root_ / "stored/bars/label.png");
+  const auto scene_with = [](const std::string& mapping) {
+    return R"({"format": "fstop-scene/1",
+        "textures": {"t": {"file": "bars/label.png", "color_space": "linear"}},
+        "materials": {"m": {"model": "phong", "normal_map": {"texture": "t"}}},
+        "objects": [{"type": "sphere", "center_m": [0, 0, 0], "radius_m": 1, "material": "m"},
+                    {"type": "mesh", "file": "bars/bars.obj", "material": "m")" +
+           mapping + "}]}";
+  };
+  const FieldFault fault = fault_of(request(scene_with("")));
+  EXPECT_EQ(fault.pointer, "#/scene/objects/1/mapping");
+  EXPECT_NE(fault.detail.find("bars/bars.obj"), std::string::npos) << fault.detail;
+  const std::string tube =
+      R"(, "mapping": {"type": "cylindrical", "origin_m": [0, 0, 0], "height_m": 1})";
+  EXPECT_EQ(fault_of(request(scene_with(tube))).detail, "accepted");
+}
+
 TEST_F(SceneStoreTest, LoadsFilesBesideARequest) {
   write("requests/scenes/slats.json", scene("slats.obj", ""));
   write("requests/scenes/slats.obj", kTriangle);

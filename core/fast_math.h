@@ -46,4 +46,26 @@ FSTOP_KERNEL float fast_power(float x, float n) noexcept {
   return x > 0.0F || n == 0.0F ? result : 0.0F;
 }
 
+/// atan2(y, x) for finite arguments, to 3e-7 radians; 0 at the origin, pi for y = 0 and x < 0
+/// whatever the sign of y. Source: Moshier's Cephes library, atanf.
+FSTOP_KERNEL float fast_atan2(float y, float x) noexcept {
+  const float across = std::abs(x);
+  const float up = std::abs(y);
+  const float larger = across > up ? across : up;
+  const float smaller = across > up ? up : across;
+  const float t = smaller / (larger > 0.0F ? larger : 1.0F);
+  // Beyond tan(pi/8): atan t = pi/4 + atan((t - 1)/(t + 1)).
+  const bool far = t > 0.41421356F;
+  const float w = far ? (t - 1.0F) / (t + 1.0F) : t;
+  const float q = w * w;
+  const float series =
+      w + w * q *
+              (-3.33329491539e-1F +
+               q * (1.99777106478e-1F + q * (-1.38776856032e-1F + q * 8.05374449538e-2F)));
+  const float octant = far ? 0.78539816F + series : series;
+  const float quadrant = up > across ? 1.57079633F - octant : octant;
+  const float half = x < 0.0F ? 3.14159265F - quadrant : quadrant;
+  return y < 0.0F ? -half : half;
+}
+
 }  // namespace fstop

@@ -80,6 +80,29 @@ TEST(FastPower, HasTheLimitsOfShading) {
   }
 }
 
+TEST(FastAtan2, IsAsCloseAsStatedAllAround) {
+  double worst = 0.0;
+  for (int i = 0; i < 200000; ++i) {
+    const double turn = (i + 0.5) / 200000 * 6.283185307179586;
+    for (const double size : {1e-20, 1.0, 3e7}) {
+      const auto y = static_cast<float>(size * std::sin(turn));
+      const auto x = static_cast<float>(size * std::cos(turn));
+      const double exact = std::atan2(double{y}, double{x});
+      worst = std::max(worst, std::abs(double{fast_atan2(y, x)} - exact));
+    }
+  }
+  EXPECT_LT(worst, 3e-7);
+}
+
+TEST(FastAtan2, HasItsAxesAndItsOrigin) {
+  EXPECT_EQ(fast_atan2(0.0F, 0.0F), 0.0F);
+  EXPECT_EQ(fast_atan2(0.0F, 1.0F), 0.0F);
+  EXPECT_EQ(fast_atan2(1.0F, 0.0F), 1.57079633F);
+  EXPECT_EQ(fast_atan2(-1.0F, 0.0F), -1.57079633F);
+  EXPECT_EQ(fast_atan2(0.0F, -1.0F), 3.14159265F);
+  EXPECT_EQ(fast_atan2(-0.0F, -1.0F), 3.14159265F);
+}
+
 // The same loops for both instruction sets, as kernels are built.
 constexpr std::size_t kWide = 16;
 using Floats = std::array<float, kWide>;

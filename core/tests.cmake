@@ -34,7 +34,8 @@ fstop_test(film_test LABEL unit SOURCES film/film_test.cpp film/replicate_film_t
            LINK fstop_film fstop_oracle)
 
 fstop_test(scene_test LABEL unit
-           SOURCES scene/emitters_test.cpp scene/lane_surfaces_test.cpp scene/ray_scene_test.cpp
+           SOURCES scene/emitters_test.cpp scene/lane_surfaces_test.cpp scene/mapping_test.cpp
+                   scene/ray_scene_test.cpp
                    scene/texture_filters_test.cpp scene/texture_test.cpp
                    scene/vertex_normals_test.cpp
            LINK fstop_scene)

@@ -21,6 +21,7 @@ using server::Plain;
 static_assert(Plain<CameraSpec> && Plain<EffectChoices> && Plain<ImageError> && Plain<RenderCost>);
 static_assert(Plain<PatternChoice> && Plain<HalftoneSpec>);
 static_assert(Plain<ObjectPlane> && Plain<Light> && Plain<SphereObject> && Plain<QuadObject>);
+static_assert(Plain<Mapping> && Plain<BumpMap> && Plain<NormalMap>);
 
 template <typename Stream>
 void pass(Stream& stream, Is<QualitySpec> auto& value) {
@@ -77,9 +78,9 @@ void pass(Stream& stream, Is<TextureSource> auto& value) {
 template <typename Stream>
 void pass(Stream& stream, Is<Material> auto& value) {
   auto& [name, model, emission, ambient, diffuse, specular, shininess, reflection, transmission,
-         ior, fresnel, reflection_exponent, transmission_exponent] = value;
+         ior, fresnel, reflection_exponent, transmission_exponent, bump, normal_map] = value;
   stream(name, model, emission, ambient, diffuse, specular, shininess, reflection, transmission,
-         ior, fresnel, reflection_exponent, transmission_exponent);
+         ior, fresnel, reflection_exponent, transmission_exponent, bump, normal_map);
 }
 
 template <typename Stream>
@@ -96,8 +97,8 @@ void pass(Stream& stream, Is<MeshObject> auto& value) {
 
 template <typename Stream>
 void pass(Stream& stream, Is<Object> auto& value) {
-  auto& [shape, material, velocity] = value;
-  stream(shape, material, velocity);
+  auto& [shape, material, velocity, mapping] = value;
+  stream(shape, material, velocity, mapping);
 }
 
 template <typename Stream>

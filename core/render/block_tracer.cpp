@@ -127,7 +127,13 @@ BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
     ++lanes_;
     corner_x_[lane] = static_cast<float>((x - frame_.centre.x) * frame_.slope);
     corner_y_[lane] = static_cast<float>((y - frame_.centre.y) * frame_.slope);
+    pixel_left_[lane] = static_cast<float>(x);
+    pixel_top_[lane] = static_cast<float>(y);
   });
+  if (source.scene.has_screen_maps()) {
+    inputs_.film = &film_;
+    film_ = FilmPlaces(source.sensor.width, source.sensor.height, source.texture_width_px);
+  }
   // What no sample changes; Embree leaves it alone.
   packet_.mask.fill(source.mask);
   packet_.instance.fill(kNoHit);
@@ -175,6 +181,11 @@ FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
     cut_.fill(0.0F);
     inputs_.cut = &cut_;
   }
+  if (inputs_.film != nullptr) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      film_.set(k, pixel_left_[k] + traced.jitter_x[k], pixel_top_[k] + traced.jitter_y[k]);
+    }
+  }
   shade(inputs_, packet, valid_, traced.colors, rays);
   if (source_.scene.branches()) {
     for (std::size_t k = 0; k < kLanes; ++k) {
@@ -193,16 +204,18 @@ FSTOP_KERNEL float BlockTracer::least_defocus(const TracedPacket& traced) const 
     const float off = std::abs(focus - 1.0F / traced.depth[k]);
     least = valid_[k] != 0 && off < least ? off : least;
   }
-  return source_.scene.branches() && meets_branches() ? 0.0F : least;
+  const bool may_be_sharp = source_.scene.branches() || source_.scene.has_screen_maps();
+  return may_be_sharp && meets_sharp() ? 0.0F : least;
 }
 
-bool BlockTracer::meets_branches() const noexcept {
+bool BlockTracer::meets_sharp() const noexcept {
   const Scene& scene = source_.scene.scene();
   for (std::size_t k = 0; k < kLanes; ++k) {
     if (valid_[k] == 0 || packet_.object[k] == kNoHit) continue;
     const auto material = static_cast<std::size_t>(scene.objects[packet_.object[k]].material);
     const Material& m = scene.materials[material];
     if (m.reflection > 0.0 || m.transmission > 0.0) return true;
+    if (source_.scene.is_on_screen(packet_.object[k])) return true;
   }
   return false;
 }

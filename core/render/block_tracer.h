@@ -70,8 +70,9 @@ class BlockTracer {
  private:
   // Smallest distance from the focus, 1/metre, of what the packet's valid lanes have met.
   float least_defocus(const TracedPacket& traced) const noexcept;
-  // Whether a valid lane has met a mirror or something transparent.
-  bool meets_branches() const noexcept;
+  // Whether a valid lane has met a mirror, something transparent, or a texture fixed to the
+  // picture: what blur does not soften.
+  bool meets_sharp() const noexcept;
   std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
   std::uint64_t trace_any(std::uint32_t index, TracedPacket& traced) noexcept;
   std::uint64_t trace_wide(std::uint32_t index, TracedPacket& traced) noexcept;
@@ -91,6 +92,9 @@ class BlockTracer {
   ShadingInputs inputs_;
   alignas(64) LaneFloats corner_x_ = {};  // chief ray's slope at the pixels' upper left corners
   alignas(64) LaneFloats corner_y_ = {};
+  alignas(64) LaneFloats pixel_left_ = {};  // raster, pixels
+  alignas(64) LaneFloats pixel_top_ = {};
+  FilmPlaces film_ = {};
   LaneSequence pixel_x_;
   LaneSequence pixel_y_;
   LaneSequence time_;

@@ -92,9 +92,18 @@ class EmitterSplatter {
     RayPacket without;
     aim(splats, without);
     find_visible(without, splats, chunk);
+    FilmPlaces film(film_.width, film_.height, source_.texture_width_px);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      film.set(k, static_cast<float>(splats.raster_x[k]), static_cast<float>(splats.raster_y[k]));
+    }
+    const ShadingInputs inputs{.scene = source_.scene,
+                               .sequence = sequence_,
+                               .keys = keys,
+                               .footprint_rate = footprint_rate_,
+                               .film = &film};
     LaneColors behind;
-    shade(shading_inputs(keys), without, splats.visible, behind, chunk.rays);
-    const LaneColors emitted = emission(keys, without, splats, chunk);
+    shade(inputs, without, splats.visible, behind, chunk.rays);
+    const LaneColors emitted = emission(inputs, without, splats, chunk);
     lay_down(splats, without, emitted, behind, chunk);
   }
 
@@ -178,8 +187,8 @@ class EmitterSplatter {
   }
 
   // What leaves the points towards the pupil: shaded as a camera ray's hit there would be.
-  LaneColors emission(const SampleKeys& keys, const RayPacket& without, const SplatLanes& splats,
-                      ChunkLight& chunk) const {
+  LaneColors emission(const ShadingInputs& inputs, const RayPacket& without,
+                      const SplatLanes& splats, ChunkLight& chunk) const {
     LaneColors colors;
     if (is_plain_) {
       for (int i = 0; i < kLanes; ++i) colors.set(i, emitter_.radiance);
@@ -194,8 +203,7 @@ class EmitterSplatter {
     hits.u = splats.points.b1;
     hits.v = splats.points.b2;
     LaneSurfaces surfaces;
-    shade_locally(shading_inputs(keys), hits, splats.visible, LaneFloats{}, surfaces, colors,
-                  chunk.rays);
+    shade_locally(inputs, hits, splats.visible, LaneFloats{}, surfaces, colors, chunk.rays);
     return colors;
   }
 
@@ -232,13 +240,6 @@ class EmitterSplatter {
            .light = {scale * (emitted.r[k] - behind.r[k]), scale * (emitted.g[k] - behind.g[k]),
                      scale * (emitted.b[k] - behind.b[k])}});
     }
-  }
-
-  ShadingInputs shading_inputs(const SampleKeys& keys) const {
-    return {.scene = source_.scene,
-            .sequence = sequence_,
-            .keys = keys,
-            .footprint_rate = footprint_rate_};
   }
 
   const SplatSource& source_;

@@ -121,6 +121,7 @@ EffectLoss defocus_of(const Certificate& certificate) {
 
 Quote Gather::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
+  if (shot.scene != nullptr && shot.scene->has_screen_maps()) return {.refusal = kScreenMapsStay};
   if (shot.effects.diffraction == EffectChoice::on) {
     return {.refusal = "blurs by geometry, which shows no diffraction: wave does"};
   }

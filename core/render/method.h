@@ -82,6 +82,9 @@ struct Quote {
 
 /// Why methods refuse shots whose samples follow a pattern.
 inline constexpr const char* kSequenceAlone = "takes its samples from the default sequence alone";
+/// Why methods that blur a finished picture leave scenes with ScreenMapping.
+inline constexpr const char* kScreenMapsStay =
+    "blurs a finished picture, and a texture that is fixed to the picture stays sharp";
 
 /// How samples were shared between pixels.
 struct SharedSamples {

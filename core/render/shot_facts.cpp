@@ -18,7 +18,7 @@ namespace {
 // Whether a lookup averages over a width, so that detail is lost.
 bool averages(TextureFilter filter) {
   return filter == TextureFilter::mipmap || filter == TextureFilter::summed_area ||
-         filter == TextureFilter::stochastic;
+         filter == TextureFilter::stochastic || filter == TextureFilter::anisotropic;
 }
 
 constexpr double kProbeRays = 20000.0;
@@ -164,9 +164,13 @@ class Probe {
     const RayScene& scene = *shot_.scene;
     RayPacket packet;
     alignas(64) LaneMask valid = {};
-    ShadingInputs inputs{.scene = scene, .sequence = SampleSequence(shot_.seed)};
+    FilmPlaces film(shot_.sensor.width, shot_.sensor.height, 0.0F);
+    ShadingInputs inputs{.scene = scene, .sequence = SampleSequence(shot_.seed), .film = &film};
     for (int lane = 0; lane < kLanes && begin + lane < grid_.count(); ++lane) {
-      const Ray ray = camera_.ray(grid_.raster(begin + lane), {});
+      const Vec2 raster = grid_.raster(begin + lane);
+      film.set(static_cast<std::size_t>(lane), static_cast<float>(raster.x),
+               static_cast<float>(raster.y));
+      const Ray ray = camera_.ray(raster, {});
       packet.set(lane, to_float(ray.origin), to_float(ray.direction), kFar, 0.0F);
       valid[static_cast<std::size_t>(lane)] = -1;
       inputs.keys.pixel[static_cast<std::size_t>(lane)] = static_cast<std::uint32_t>(begin + lane);

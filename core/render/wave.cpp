@@ -327,6 +327,7 @@ double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double la
 
 Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
   if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
+  if (shot.scene != nullptr && shot.scene->has_screen_maps()) return {.refusal = kScreenMapsStay};
   Quote quote;
   if (shot.effects.diffraction == EffectChoice::off) {
     quote.refusal = "models diffraction, which is switched off";

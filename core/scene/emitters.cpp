@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/build_stop.h"
+#include "core/scene/mapping.h"
 #include "core/scene/mesh_islands.h"
 
 namespace fstop {
@@ -67,11 +68,34 @@ bool is_flat(const Mesh& mesh, const Emitter& emitter) {
   });
 }
 
-// A triangle's mean emission: its texture at the middle, as blurred as the triangle is large.
+Rgb mean_of(const Texture& texture, const Rgb& scale) {
+  const Rgb mean = texture.sample(0.5F, 0.5F, texture.texels_per_uv());
+  return {mean[0] * scale[0], mean[1] * scale[1], mean[2] * scale[2]};
+}
+
+// What a mapping by position puts onto a triangle's middle, as blurred as the triangle is large.
+Rgb mapped_emission(const ColorSource& source, const Texture& texture, const SurfaceMap& map,
+                    const std::array<Vec3, 3>& corners) {
+  const Vec3 normal = cross(corners[1] - corners[0], corners[2] - corners[0]);
+  const UvPoint middle = map.at(to_float((corners[0] + corners[1] + corners[2]) * (1.0 / 3.0)));
+  const auto side = static_cast<float>(std::sqrt(0.5 * norm(normal)));
+  const float uv = side * uv_rate(middle, normalized(to_float(normal)));
+  const Rgb color = texture.sample(middle.u, middle.v, uv * texture.texels_per_uv());
+  return {color[0] * source.value[0], color[1] * source.value[1], color[2] * source.value[2]};
+}
+
+// A triangle's mean emission: its texture at the middle, as blurred as the triangle is large; of
+// one that is fixed to the picture, the whole texture's.
 Rgb triangle_emission(const ColorSource& source, std::span<const Texture> textures,
-                      const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
+                      const Mapping& mapping, const Mesh& mesh,
+                      const std::array<std::uint32_t, 3>& t) {
   if (source.texture < 0) return source.value;
   const Texture& texture = textures[static_cast<std::size_t>(source.texture)];
+  if (std::holds_alternative<ScreenMapping>(mapping)) return mean_of(texture, source.value);
+  if (maps_by_position(mapping)) {
+    return mapped_emission(source, texture, SurfaceMap(mapping),
+                           {position(mesh, t[0]), position(mesh, t[1]), position(mesh, t[2])});
+  }
   std::array<std::array<float, 2>, 3> uv = {};
   if (!mesh.uvs.empty()) uv = {mesh.uvs[t[0]], mesh.uvs[t[1]], mesh.uvs[t[2]]};
   const float uv_area = 0.5F * std::abs((uv[1][0] - uv[0][0]) * (uv[2][1] - uv[0][1]) -
@@ -83,7 +107,8 @@ Rgb triangle_emission(const ColorSource& source, std::span<const Texture> textur
 }
 
 Emitter island_emitter(std::uint32_t object, MeshIsland island, const Mesh& mesh,
-                       const ColorSource& emission, std::span<const Texture> textures) {
+                       const ColorSource& emission, const Mapping& mapping,
+                       std::span<const Texture> textures) {
   Emitter emitter{
       .object = object, .triangles = std::move(island.triangles), .outwards = island.outwards};
   bound(mesh, emitter);
@@ -93,7 +118,7 @@ Emitter island_emitter(std::uint32_t object, MeshIsland island, const Mesh& mesh
     const auto& t = mesh.triangles[i];
     const Vec3 a = position(mesh, t[0]);
     const double area = 0.5 * norm(cross(position(mesh, t[1]) - a, position(mesh, t[2]) - a));
-    const Rgb color = triangle_emission(emission, textures, mesh, t);
+    const Rgb color = triangle_emission(emission, textures, mapping, mesh, t);
     emitter.area += area;
     for (std::size_t c = 0; c < 3; ++c) light[c] += area * static_cast<double>(color[c]);
   }
@@ -116,9 +141,8 @@ Emitter sphere_emitter(std::uint32_t object, const SphereObject& sphere,
                   .area = 4.0 * std::numbers::pi * radius * radius,
                   .radiance = emission.value};
   if (emission.texture >= 0) {
-    const Texture& texture = textures[static_cast<std::size_t>(emission.texture)];
-    const Rgb mean = texture.sample(0.5F, 0.5F, texture.texels_per_uv());
-    for (std::size_t c = 0; c < 3; ++c) emitter.radiance[c] *= mean[c];
+    emitter.radiance =
+        mean_of(textures[static_cast<std::size_t>(emission.texture)], emission.value);
   }
   return emitter;
 }
@@ -138,7 +162,8 @@ float peak_emission(const Scene& scene, const Object& object, std::span<const Te
   if (emission.texture < 0) return brightest(emission.value);
   float peak = 0.0F;
   for (const auto& t : mesh.triangles) {
-    peak = std::max(peak, brightest(triangle_emission(emission, textures, mesh, t)));
+    peak =
+        std::max(peak, brightest(triangle_emission(emission, textures, object.mapping, mesh, t)));
   }
   return peak;
 }
@@ -239,7 +264,8 @@ std::vector<Emitter> find_emitters(const Scene& scene, std::span<const Texture> 
       add(sphere_emitter(number, *sphere, emission, textures));
     } else if (const auto* mesh = std::get_if<MeshObject>(&object.shape)) {
       for (MeshIsland& island : mesh_islands(mesh->mesh)) {
-        add(island_emitter(number, std::move(island), mesh->mesh, emission, textures));
+        add(island_emitter(number, std::move(island), mesh->mesh, emission, object.mapping,
+                           textures));
       }
     }
   }

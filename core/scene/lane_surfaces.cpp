@@ -100,7 +100,19 @@ FSTOP_KERNEL void interpolate_geometry(const RayPacket& packet, const Corners& c
 
 bool is_textured(const Material& material) {
   return material.emission.texture >= 0 || material.ambient.texture >= 0 ||
-         material.diffuse.texture >= 0 || material.specular.texture >= 0;
+         material.diffuse.texture >= 0 || material.specular.texture >= 0 ||
+         material.bump.texture >= 0 || material.normal_map.texture >= 0;
+}
+
+bool is_anisotropic(const Scene& scene, const ColorSource& source) {
+  return source.texture >= 0 && scene.textures[static_cast<std::size_t>(source.texture)].filter ==
+                                    TextureFilter::anisotropic;
+}
+
+bool needs_gradients(const Scene& scene, const Material& material) {
+  return material.bump.texture >= 0 || material.normal_map.texture >= 0 ||
+         is_anisotropic(scene, material.emission) || is_anisotropic(scene, material.ambient) ||
+         is_anisotropic(scene, material.diffuse) || is_anisotropic(scene, material.specular);
 }
 
 }  // namespace
@@ -115,7 +127,11 @@ SurfaceTable::SurfaceTable(const Scene& scene,
             .material = object.material,
             .needs_geometry = material.model != ShadingModel::unlit || material.reflection > 0.0 ||
                               material.transmission > 0.0,
-            .textured = is_textured(material)};
+            .textured = is_textured(material),
+            .has_own_uv = !(maps_by_position(object.mapping) && is_textured(material)),
+            .needs_gradients = needs_gradients(scene, material)};
+    row.needs_geometry = row.needs_geometry || !row.has_own_uv || row.needs_gradients;
+    has_maps_ = has_maps_ || !row.has_own_uv || row.needs_gradients;
     moves_ = moves_ || object.velocity != Vec3{};
     if (const auto* shape = std::get_if<MeshObject>(&object.shape)) {
       row.positions = shape->mesh.positions.data();
@@ -127,6 +143,14 @@ SurfaceTable::SurfaceTable(const Scene& scene,
       const auto& sphere = std::get<SphereObject>(object.shape);
       row.center = to_float(sphere.center);
       row.radius = static_cast<float>(sphere.radius);
+    }
+    const bool is_sphere = row.positions == nullptr;
+    if (!row.has_own_uv || (row.needs_gradients && is_sphere)) {
+      row.map = static_cast<std::int32_t>(maps_.size());
+      // A sphere's own coordinates are a mapping about its centre.
+      maps_.emplace_back(
+          row.has_own_uv ? SphericalMapping{.origin = std::get<SphereObject>(object.shape).center}
+                         : object.mapping);
     }
     rows_.push_back(row);
   }
@@ -276,9 +300,11 @@ FSTOP_KERNEL void SurfaceTable::fill_any(const RayPacket& packet, const LaneMask
     }
   }
   if ((other_object | other_primitive) == 0 && row.positions != nullptr) {
-    return fill_triangle(row, primitive, packet, s);
+    fill_triangle(row, primitive, packet, s);
+  } else {
+    fill_lanes(packet, first, s);
   }
-  fill_lanes(packet, first, s);
+  if (has_maps_) follow_maps(packet, s);
 }
 
 FSTOP_AVX512 void SurfaceTable::fill_wide(const RayPacket& packet, const LaneMask& valid,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/scene/mapping.h"
 #include "core/scene/ray_packet.h"
 #include "core/scene/scene.h"
 
@@ -19,6 +20,8 @@ struct alignas(64) LaneSurfaces {
   // Not initialised: zeros would cost more than the surfaces. Texture coordinates hold where the
   // material has a texture, the rest where it answers to lights, reflects or transmits.
   Lanes<float> u, v, uv_per_metre;
+  // Gradients of u and v in space, 1/metre: where a texture is anisotropic or gives relief.
+  Lanes<float> du_x, du_y, du_z, dv_x, dv_y, dv_z;
   Lanes<float> x, y, z;                       // position, world, metres
   Lanes<float> face_x, face_y, face_z;        // geometric normal, on the ray's side
   Lanes<float> normal_x, normal_y, normal_z;  // shading normal, turned with it
@@ -29,6 +32,16 @@ struct alignas(64) LaneSurfaces {
   Vec3f position(std::size_t k) const noexcept { return {x[k], y[k], z[k]}; }
   Vec3f face(std::size_t k) const noexcept { return {face_x[k], face_y[k], face_z[k]}; }
   Vec3f normal(std::size_t k) const noexcept { return {normal_x[k], normal_y[k], normal_z[k]}; }
+  Vec3f du(std::size_t k) const noexcept { return {du_x[k], du_y[k], du_z[k]}; }
+  Vec3f dv(std::size_t k) const noexcept { return {dv_x[k], dv_y[k], dv_z[k]}; }
+  void set_gradients(std::size_t k, Vec3f du, Vec3f dv) noexcept {
+    du_x[k] = du.x;
+    du_y[k] = du.y;
+    du_z[k] = du.z;
+    dv_x[k] = dv.x;
+    dv_y[k] = dv.y;
+    dv_z[k] = dv.z;
+  }
 };
 
 /// How far hit points may be off, relative to the largest coordinate involved: about 30 roundings
@@ -59,6 +72,9 @@ class SurfaceTable {
     std::int32_t material = 0;
     bool needs_geometry = false;  // lit, mirroring or transparent
     bool textured = false;
+    std::int32_t map = -1;   // index into maps_
+    bool has_own_uv = true;  // else the map tells them
+    bool needs_gradients = false;
   };
   struct Corners;
 
@@ -74,9 +90,15 @@ class SurfaceTable {
             Corners& corners) const noexcept;
   void fill_sphere(const Row& row, const RayPacket& packet, std::size_t lane,
                    LaneSurfaces& surfaces) const noexcept;
+  // The coordinates and gradients that the scene's mappings and reliefs ask for.
+  void follow_maps(const RayPacket& packet, LaneSurfaces& surfaces) const noexcept;
+  void set_triangle_gradients(const Row& row, std::uint32_t primitive, std::size_t lane,
+                              LaneSurfaces& surfaces) const noexcept;
 
   std::vector<Row> rows_ = {};
+  std::vector<SurfaceMap> maps_ = {};
   bool moves_ = false;
+  bool has_maps_ = false;  // or gradients
 };
 
 }  // namespace fstop

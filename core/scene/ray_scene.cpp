@@ -15,6 +15,7 @@
 #include "core/build_stop.h"
 #include "core/error.h"
 #include "core/scene/half_packets.h"
+#include "core/scene/mapping.h"
 #include "core/scene/mesh_islands.h"
 
 namespace fstop {
@@ -103,6 +104,28 @@ void check_shape(const Object& object) {
     if (!(sphere->radius > 0.0 && sphere->radius <= kLargestCoordinate)) {
       throw Error(ErrorCode::bad_geometry, "a sphere's radius must lie in 0 to 1e7 m");
     }
+  }
+}
+
+bool gives_relief(const Material& material) {
+  return material.bump.texture >= 0 || material.normal_map.texture >= 0;
+}
+
+void check_mapping(const Object& object, const Material& material) {
+  if (maps_by_position(object.mapping)) SurfaceMap checked(object.mapping);
+  if (!gives_relief(material)) return;
+  if (std::holds_alternative<ScreenMapping>(object.mapping)) {
+    throw Error(ErrorCode::bad_geometry,
+                "material " + material.name +
+                    " has relief, which a mapping on the screen gives no direction on a surface");
+  }
+  const auto* mesh = std::get_if<MeshObject>(&object.shape);
+  const bool has_own = std::holds_alternative<OwnMapping>(object.mapping);
+  if (has_own && mesh != nullptr && mesh->mesh.uvs.empty()) {
+    throw Error(ErrorCode::bad_geometry, "mesh " + mesh->file +
+                                             " has no texture coordinates, which the relief of "
+                                             "material " +
+                                             material.name + " needs");
   }
 }
 
@@ -230,6 +253,7 @@ RayScene::RayScene(Scene scene)
           .file = "quad", .interpolation = Interpolation::flat, .mesh = triangles_of(*quad)};
     }
     check_shape(object);
+    check_mapping(object, scene_.materials[static_cast<std::size_t>(object.material)]);
     BuildStop::throw_if_requested();
   }
   emitters_ = find_emitters(scene_, textures_);
@@ -238,6 +262,8 @@ RayScene::RayScene(Scene scene)
     const Material& surface = scene_.materials[static_cast<std::size_t>(object.material)];
     lit_ = lit_ || (!scene_.lights.empty() && surface.model != ShadingModel::unlit);
     branches_ = branches_ || surface.reflection > 0.0 || surface.transmission > 0.0;
+    has_screen_maps_ = has_screen_maps_ || std::holds_alternative<ScreenMapping>(object.mapping);
+    has_relief_ = has_relief_ || gives_relief(surface);
     has_thin_sheets_ = has_thin_sheets_ || (surface.transmission > 0.0 && !surface.ior);
   }
   table_ = SurfaceTable(scene_, uv_per_metre_);
@@ -445,6 +471,12 @@ Surface RayScene::surface(const RayPacket& packet, int lane) const noexcept {
     s.uv_per_metre = uv_per_metre_[s.object][0];
     // A grazing hit's distance is uncertain by the square root of a rounding of the radius.
     s.error = kHitError * (largest(center) + 8.0F * radius + packet.far[k]);
+  }
+  if (maps_by_position(object.mapping)) {
+    const UvPoint point = SurfaceMap(object.mapping).at(s.position - s.shift);
+    s.u = point.u;
+    s.v = point.v;
+    s.uv_per_metre = uv_rate(point, outwards);
   }
   if (dot(outwards, packet.direction(lane)) > 0.0F) {
     s.from_outside = false;

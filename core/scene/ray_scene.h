@@ -63,6 +63,14 @@ class RayScene {
   bool lit() const noexcept { return lit_; }
   /// Something reflects or transmits.
   bool branches() const noexcept { return branches_; }
+  /// Some object's textures are fixed to the picture; and which.
+  bool has_screen_maps() const noexcept { return has_screen_maps_; }
+  bool is_on_screen(std::uint32_t object) const noexcept {
+    return has_screen_maps_ &&
+           std::holds_alternative<ScreenMapping>(scene_.objects[object].mapping);
+  }
+  /// Some surface has a bump or a normal map.
+  bool has_relief() const noexcept { return has_relief_; }
   /// Something lets light through straight on, so that shadow rays need transmittance().
   bool has_thin_sheets() const noexcept { return has_thin_sheets_; }
 
@@ -120,6 +128,8 @@ class RayScene {
   bool lit_ = false;
   bool branches_ = false;
   bool has_thin_sheets_ = false;
+  bool has_screen_maps_ = false;
+  bool has_relief_ = false;
 };
 
 /// Objects move linearly over at most this many seconds.

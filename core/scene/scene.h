@@ -15,7 +15,15 @@ namespace fstop {
 /// Linear Rec. 709.
 using Rgb = std::array<float, 3>;
 
-enum class TextureFilter { nearest, bilinear, mipmap, summed_area, brute_force, stochastic };
+enum class TextureFilter {
+  nearest,
+  bilinear,
+  mipmap,
+  summed_area,
+  brute_force,
+  stochastic,
+  anisotropic
+};
 enum class TextureWrap { repeat, clamp };
 enum class ColorSpace { srgb, linear };
 
@@ -35,6 +43,20 @@ struct ColorSource {
   int texture = -1;  // index into Scene::textures; -1: none
 };
 
+/// Heights over a surface, as a texture's values (the mean of its channels) times `scale`: the
+/// shading normal tilts with their slope.
+struct BumpMap {
+  int texture = -1;    // index into Scene::textures; -1: none
+  double scale = 0.0;  // metres from black to white; negative: white is deep
+};
+
+/// Normals in the frame of u, v and the surface's normal, as a texture's values 2 c - 1 (glTF's
+/// convention: red along u, green along v, blue outwards); red and green are multiplied by `scale`.
+struct NormalMap {
+  int texture = -1;  // index into Scene::textures; -1: none
+  double scale = 1.0;
+};
+
 enum class ShadingModel { unlit, phong, blinn_phong };
 
 struct Material {
@@ -52,6 +74,8 @@ struct Material {
   /// Light leaves about the ideal direction with a density of cos^n; absent: in that direction.
   std::optional<double> reflection_exponent = {};    // gloss
   std::optional<double> transmission_exponent = {};  // frosting
+  BumpMap bump = {};                                 // slopes of both maps add
+  NormalMap normal_map = {};
 };
 
 enum class Interpolation { flat, gouraud, phong };
@@ -80,10 +104,45 @@ struct QuadObject {
   Vec3 edge_v = {0.0, 1.0, 0.0};
 };
 
+/// The shape's own coordinates: a mesh's uv, a quad's edges, a sphere's longitude and latitude.
+struct OwnMapping {};
+/// As a quad's: (0, 0) at `origin`, (1, 0) at origin + edge_u, (0, 1) at origin + edge_v; what lies
+/// off that plane is projected along its normal.
+struct PlanarMapping {
+  Vec3 origin = {};
+  Vec3 edge_u = {1.0, 0.0, 0.0};  // metres, at least kSmallestPeriod long
+  Vec3 edge_v = {0.0, 1.0, 0.0};
+};
+/// As a sphere's about `origin`: u the longitude about `axis`, 0 to `around`, whose middle lies
+/// towards `front`; v the latitude, 0 to 1 from pole to pole.
+struct SphericalMapping {
+  Vec3 origin = {};
+  Vec3 axis = {0.0, 1.0, 0.0};   // towards v = 1, any length but zero
+  Vec3 front = {0.0, 0.0, 1.0};  // not along the axis
+  int around = 1;                // times that the texture goes round
+};
+/// u as of SphericalMapping; v the distance from `origin` along `axis`, in heights.
+struct CylindricalMapping {
+  Vec3 origin = {};
+  Vec3 axis = {0.0, 1.0, 0.0};
+  Vec3 front = {0.0, 0.0, 1.0};
+  double height = 1.0;  // metres for v to run from 0 to 1, at least kSmallestPeriod
+  int around = 1;
+};
+/// The film position of the sample: (0, 0) at the picture's lower left corner, (1, 1) at the upper
+/// right. The texture stays fixed to the picture, of which the object cuts out its shape.
+struct ScreenMapping {};
+
+/// Where an object's points look textures up; positions in the world at time 0, and moving with
+/// the object.
+using Mapping =
+    std::variant<OwnMapping, PlanarMapping, SphericalMapping, CylindricalMapping, ScreenMapping>;
+
 struct Object {
   std::variant<MeshObject, SphereObject, QuadObject> shape = {};
   int material = 0;    // index into Scene::materials
   Vec3 velocity = {};  // metres per second
+  Mapping mapping = {};
 };
 
 /// 1/(a0 + a1 d + a2 d^2), d in metres.

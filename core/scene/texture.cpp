@@ -73,7 +73,7 @@ void Texture::lay_out_levels(int width, int height) {
     levels_.push_back({width, height, stride_of(width), first});
     first +=
         static_cast<std::size_t>(levels_.back().stride) * (static_cast<std::size_t>(height) + 1);
-    if (filter_ != TextureFilter::mipmap || (width == 1 && height == 1)) break;
+    if (!has_pyramid() || (width == 1 && height == 1)) break;
     width = std::max(1, width / 2);
     height = std::max(1, height / 2);
   }
@@ -302,7 +302,7 @@ Rgb Texture::sample(float u, float v, float footprint) const noexcept {
     texel = mean_of_square(u, v, footprint > 1.0F ? footprint : 1.0F);
   } else if (filter_ == TextureFilter::stochastic) {
     texel = any_of_square(u, v, footprint > 1.0F ? footprint : 1.0F);
-  } else if (filter_ != TextureFilter::mipmap || !(footprint > 1.0F)) {
+  } else if (!has_pyramid() || !(footprint > 1.0F)) {
     texel = bilinear(levels_.front(), u, v);
   } else {
     const float lod = std::min(fast_log2(footprint), static_cast<float>(levels_.size() - 1));

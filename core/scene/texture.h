@@ -22,7 +22,7 @@ class Texture {
   /// least one texel, where it is `summed-area`; one texel of it, by a hash of (u, v), where it is
   /// `stochastic`, so that the mean of many samples is the square's. `bilinear` and `nearest` read
   /// the full image whatever the footprint, `brute-force` is `bilinear`, averaged by the many
-  /// samples of a pixel.
+  /// samples of a pixel. `anisotropic` is as `mipmap`, of which its user takes several.
   /// Source: Williams 1983 (pyramid); Crow 1984 (summed area); Cook 1986 (stochastic).
   Rgb sample(float u, float v, float footprint) const noexcept;
 
@@ -33,6 +33,10 @@ class Texture {
 
   /// Square root of the number of texels: what a unit square of uv spans on average.
   float texels_per_uv() const noexcept { return texels_per_uv_; }
+  /// Texels that a unit of u spans, and one of v.
+  float width() const noexcept { return static_cast<float>(levels_.front().width); }
+  float height() const noexcept { return static_cast<float>(levels_.front().height); }
+  TextureFilter filter() const noexcept { return filter_; }
 
   std::size_t memory_bytes() const noexcept {
     return texels_.size() * sizeof(Texel) + (sums_ ? sums_->memory_bytes() : 0);
@@ -67,6 +71,9 @@ class Texture {
   void add_border(const Level& level);
   Texel& texel(const Level& level, std::size_t x, std::size_t y) noexcept {
     return texels_[level.first + y * static_cast<std::size_t>(level.stride) + x];
+  }
+  bool has_pyramid() const noexcept {
+    return filter_ == TextureFilter::mipmap || filter_ == TextureFilter::anisotropic;
   }
   int wrapped(int i, int size) const noexcept;
 

@@ -6,6 +6,8 @@
 #include "core/shading/lane_light.h"
 #include "core/shading/light.h"
 #include "core/shading/material.h"
+#include "core/shading/relief.h"
+#include "core/shading/texture_footprint.h"
 #include "core/simd.h"
 
 namespace fstop {
@@ -26,8 +28,9 @@ bool is_black(const ColorSource& source) { return source.value == Rgb{0, 0, 0}; 
 class MaterialColors {
  public:
   // `footprint`: the width in metres that a lookup averages over, lane by lane.
-  MaterialColors(const RayScene& scene, const LaneSurfaces& surfaces, const LaneFloats& footprint)
-      : scene_(scene), surfaces_(surfaces), footprint_(footprint) {}
+  MaterialColors(const RayScene& scene, const RayPacket& packet, const LaneSurfaces& surfaces,
+                 const LaneFloats& footprint)
+      : scene_(scene), packet_(packet), surfaces_(surfaces), footprint_(footprint) {}
 
   // `source` at the surfaces of `lanes`; other lanes of `colors` are unspecified.
   void at(const ColorSource& source, const LaneMask& lanes, LaneColors& colors) {
@@ -50,16 +53,20 @@ class MaterialColors {
  private:
   void look_up(int number, const LaneMask& lanes) {
     const Texture& texture = scene_.texture(number);
+    texture_ = number;
+    if (texture.filter() == TextureFilter::anisotropic) {
+      return sample_anisotropic(scene_, texture, lanes, packet_, surfaces_, footprint_, texels_);
+    }
     const float scale = texture.texels_per_uv();
     alignas(64) LaneFloats texels;
     for (std::size_t k = 0; k < kLanes; ++k) {
       texels[k] = footprint_[k] * surfaces_.uv_per_metre[k] * scale;
     }
     texture.sample(lanes, surfaces_.u, surfaces_.v, texels, texels_);
-    texture_ = number;
   }
 
   const RayScene& scene_;
+  const RayPacket& packet_;
   const LaneSurfaces& surfaces_;
   const LaneFloats& footprint_;
   int texture_ = -1;
@@ -70,13 +77,12 @@ class MaterialColors {
 // others'.
 class SurfaceColors {
  public:
-  SurfaceColors(const ShadingInputs& in, const RayPacket& packet, const LaneFloats& path_length,
+  SurfaceColors(const ShadingInputs& in, const RayPacket& packet, const LaneFloats& footprint,
                 const LaneSurfaces& surfaces)
-      : in_(in), packet_(packet), surfaces_(surfaces), sources_(in.scene, surfaces, footprint_) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      footprint_[k] = in.footprint_rate * (path_length[k] + packet.far[k]);
-    }
-  }
+      : in_(in),
+        packet_(packet),
+        surfaces_(surfaces),
+        sources_(in.scene, packet, surfaces, footprint) {}
 
   /// `lit` may be null where there are no lights.
   void find(LaneColors& colors, LitLanes* lit) {
@@ -148,7 +154,6 @@ class SurfaceColors {
   const ShadingInputs& in_;
   const RayPacket& packet_;
   const LaneSurfaces& surfaces_;
-  alignas(64) LaneFloats footprint_;
   MaterialColors sources_;
 };
 
@@ -282,7 +287,13 @@ FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, co
   colors.r.fill(scene.background[0]);
   colors.g.fill(scene.background[1]);
   colors.b.fill(scene.background[2]);
-  SurfaceColors own(in, packet, path_length, surfaces);
+  alignas(64) LaneFloats footprint;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    footprint[k] = in.footprint_rate * (path_length[k] + packet.far[k]);
+  }
+  if (in.scene.has_screen_maps()) place_on_film(in, packet, surfaces, footprint);
+  if (in.scene.has_relief()) add_relief(in.scene, footprint, surfaces);
+  SurfaceColors own(in, packet, footprint, surfaces);
   if (!in.scene.lit()) return own.find(colors, nullptr);
   LitLanes lit;
   own.find(colors, &lit);

@@ -1,11 +1,34 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/scene/lane_colors.h"
 #include "core/scene/ray_scene.h"
 
 namespace fstop {
+
+/// Where a packet's samples lie on the picture: u to the right, v up, 0 to 1 over the picture.
+struct alignas(64) FilmPlaces {
+  FilmPlaces() = default;
+  /// A picture of `width` x `height` pixels, of which a lookup averages over `lookup_px`.
+  FilmPlaces(int width, int height, float lookup_px) noexcept
+      : per_width(1.0F / static_cast<float>(width)),
+        per_height(1.0F / static_cast<float>(height)),
+        lookup_width(lookup_px * std::sqrt(per_width * per_height)) {}
+
+  /// The raster point of a lane, pixels.
+  void set(std::size_t k, float raster_x, float raster_y) noexcept {
+    u[k] = raster_x * per_width;
+    v[k] = 1.0F - raster_y * per_height;
+  }
+
+  LaneFloats u = {};
+  LaneFloats v = {};
+  float per_width = 1.0F;  // 1/pixels
+  float per_height = 1.0F;
+  float lookup_width = 0.0F;  // in uv, of a square of the same area
+};
 
 /// What the light at a packet's hits depends on beside the hits.
 struct ShadingInputs {
@@ -18,6 +41,8 @@ struct ShadingInputs {
   float certain_light = 0.0F;
   /// Grows by the weight of every branch that is not followed, lane by lane; may be null.
   LaneFloats* cut = nullptr;
+  /// Read where has_screen_maps(), by surfaces seen in mirrors too; null: the lower left corner.
+  const FilmPlaces* film = nullptr;
   int depth = 0;  // bounces before this packet: another stream of light samples
 };
 
