@@ -1,6 +1,7 @@
 #include "core/sampling/sequence.h"
 
 #include "core/sampling/patterns.h"
+#include "core/sampling/scramble.h"
 #include "core/simd.h"
 
 namespace fstop {
@@ -22,14 +23,6 @@ constexpr std::array<Polynomial, kDimensions - 1> kPolynomials = {{{1, 0, {1}},
                                                                    {4, 4, {1, 3, 5, 13}}}};
 
 using Directions = std::array<std::uint32_t, 32>;
-
-constexpr std::uint32_t reversed(std::uint32_t v) {
-  v = ((v >> 1) & 0x55555555U) | ((v & 0x55555555U) << 1);
-  v = ((v >> 2) & 0x33333333U) | ((v & 0x33333333U) << 2);
-  v = ((v >> 4) & 0x0f0f0f0fU) | ((v & 0x0f0f0f0fU) << 4);
-  v = ((v >> 8) & 0x00ff00ffU) | ((v & 0x00ff00ffU) << 8);
-  return (v >> 16) | (v << 16);
-}
 
 constexpr Directions directions_of(int dimension) {
   Directions v = {};
@@ -85,16 +78,6 @@ constexpr std::uint32_t mixed(std::uint32_t v) {
   v ^= v >> 13;
   v *= 0xc2b2ae35U;
   v ^= v >> 16;
-  return v;
-}
-
-// Flips each bit by a hash of the bits below it: an Owen scramble of a bit-reversed fraction.
-constexpr std::uint32_t scrambled(std::uint32_t v, std::uint32_t key) {
-  v ^= v * 0x3d20adeaU;
-  v += key;
-  v *= (key >> 16) | 1U;
-  v ^= v * 0x05526c56U;
-  v ^= v * 0x53a22864U;
   return v;
 }
 
