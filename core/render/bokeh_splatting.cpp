@@ -193,9 +193,7 @@ class EmitterSplatter {
     hits.primitive = splats.points.primitive;
     hits.u = splats.points.b1;
     hits.v = splats.points.b2;
-    LaneSurfaces surfaces;
-    shade_locally(shading_inputs(keys), hits, splats.visible, LaneFloats{}, surfaces, colors,
-                  chunk.rays);
+    shade(shading_inputs(keys), hits, splats.visible, colors, chunk.rays);
     return colors;
   }
 
@@ -238,7 +236,8 @@ class EmitterSplatter {
     return {.scene = source_.scene,
             .sequence = sequence_,
             .keys = keys,
-            .footprint_rate = footprint_rate_};
+            .footprint_rate = footprint_rate_,
+            .illumination = source_.illumination};
   }
 
   const SplatSource& source_;
@@ -336,7 +335,8 @@ SplatSource splat_source(const SampleSource& rays, const EmitterChoice& choice,
           .falloff = rays.falloff,
           .exposure = rays.exposure,
           .shutter_seconds = rays.shutter_seconds,
-          .texture_width_px = rays.texture_width_px};
+          .texture_width_px = rays.texture_width_px,
+          .illumination = rays.illumination};
 }
 
 std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,
