@@ -23,4 +23,19 @@ constexpr std::uint32_t scrambled(std::uint32_t v, std::uint32_t key) noexcept {
   return v;
 }
 
+constexpr std::uint32_t mixed(std::uint32_t v) noexcept {
+  // Finaliser of MurmurHash3 (Appleby, public domain): every input bit reaches every output bit.
+  v ^= v >> 16;
+  v *= 0x85ebca6bU;
+  v ^= v >> 13;
+  v *= 0xc2b2ae35U;
+  v ^= v >> 16;
+  return v;
+}
+
+/// hash_of, for loops over lanes.
+constexpr std::uint32_t hashed(std::uint32_t a, std::uint32_t b) noexcept {
+  return mixed(mixed(a ^ 0x9e3779b9U) + b * 0x85157af5U);
+}
+
 }  // namespace fstop

@@ -71,16 +71,6 @@ constexpr std::array<ByteTable, kDimensions> kTables = {
     byte_table_of(0), byte_table_of(1), byte_table_of(2), byte_table_of(3),
     byte_table_of(4), byte_table_of(5), byte_table_of(6)};
 
-constexpr std::uint32_t mixed(std::uint32_t v) {
-  // Finaliser of MurmurHash3 (Appleby, public domain): every input bit reaches every output bit.
-  v ^= v >> 16;
-  v *= 0x85ebca6bU;
-  v ^= v >> 13;
-  v *= 0xc2b2ae35U;
-  v ^= v >> 16;
-  return v;
-}
-
 std::uint32_t sobol_bits(std::size_t dimension, std::uint32_t index) {
   const ByteTable& table = kTables[dimension];
   return table[0][index & 255U] ^ table[1][(index >> 8) & 255U] ^ table[2][(index >> 16) & 255U] ^
@@ -145,9 +135,7 @@ const PatternTables* tables_for(const PatternTables* patterns, std::size_t dimen
 
 }  // namespace
 
-std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
-  return mixed(mixed(a ^ 0x9e3779b9U) + b * 0x85157af5U);
-}
+std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept { return hashed(a, b); }
 
 void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
                           LaneValues& values) const noexcept {

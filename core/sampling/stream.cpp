@@ -1,24 +1,40 @@
 #include "core/sampling/stream.h"
 
 #include "core/sampling/scramble.h"
+#include "core/simd.h"
 
 namespace fstop {
+namespace {
 
-std::uint32_t shuffled(std::uint32_t index, std::uint32_t key) noexcept {
-  // Higher bits decide over lower ones, as digits of a fraction do in an Owen scramble.
+// Higher bits decide over lower ones, as digits of a fraction do in an Owen scramble.
+constexpr std::uint32_t in_own_order(std::uint32_t index, std::uint32_t key) noexcept {
   return reversed(scrambled(reversed(index), key));
 }
 
-void fill(const SampleSequence& sequence, const SampleKeys& keys, std::uint32_t stream,
-          StreamValues& values) noexcept {
-  SampleKeys own;
+FSTOP_KERNEL void fill_keys(const SampleKeys& keys, std::uint32_t stream, SampleKeys& own) {
   for (std::size_t k = 0; k < kLanes; ++k) {
-    own.pixel[k] = hash_of(keys.pixel[k], stream);
-    own.index[k] = shuffled(keys.index[k], hash_of(own.pixel[k], stream));
-    values.chance[k] = sequence.decision(own.pixel[k], own.index[k]);
+    own.pixel[k] = hashed(keys.pixel[k], stream);
+    own.index[k] = in_own_order(keys.index[k], hashed(own.pixel[k], stream));
   }
-  sequence.fill(own, Dimension::light_u, values.u);
-  sequence.fill(own, Dimension::light_v, values.v);
+}
+FSTOP_AVX512 void fill_keys_wide(const SampleKeys& keys, std::uint32_t stream, SampleKeys& own) {
+  fill_keys(keys, stream, own);
+}
+
+}  // namespace
+
+std::uint32_t shuffled(std::uint32_t index, std::uint32_t key) noexcept {
+  return in_own_order(index, key);
+}
+
+SampleKeys stream_keys(const SampleKeys& keys, std::uint32_t stream) noexcept {
+  SampleKeys own;
+  if (has_avx512()) {
+    fill_keys_wide(keys, stream, own);
+  } else {
+    fill_keys(keys, stream, own);
+  }
+  return own;
 }
 
 }  // namespace fstop

@@ -24,11 +24,15 @@ Points points(std::uint32_t stream, std::uint32_t count) {
   keys.pixel.fill(77);
   for (std::uint32_t first = 0; first < count; first += kLanes) {
     for (std::uint32_t k = 0; k < kLanes; ++k) keys.index[k] = first + k;
-    StreamValues values;
-    fill(sequence, keys, stream, values);
-    result.u.insert(result.u.end(), values.u.begin(), values.u.end());
-    result.v.insert(result.v.end(), values.v.begin(), values.v.end());
-    result.chance.insert(result.chance.end(), values.chance.begin(), values.chance.end());
+    const SampleKeys own = stream_keys(keys, stream);
+    LaneValues u, v;
+    sequence.fill(own, Dimension::light_u, u);
+    sequence.fill(own, Dimension::light_v, v);
+    result.u.insert(result.u.end(), u.begin(), u.end());
+    result.v.insert(result.v.end(), v.begin(), v.end());
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      result.chance.push_back(double{sequence.decision(own.pixel[k], own.index[k])});
+    }
   }
   return result;
 }

@@ -153,26 +153,23 @@ class PacketTree {
     return dot(direction, face) * dot(side, face) < 0.0F ? mirrored(direction, face) : direction;
   }
 
-  // Two dimensions of the sequence for one bounce: of streams that lights do not use.
-  void draw(int depth, Turn turn, LaneValues& u, LaneValues& v) const {
-    if (is_global_) {
-      StreamValues values;
-      fill(in_.sequence, in_.keys, stream_of(depth, turn), values);
-      u = values.u;
-      v = values.v;
-      return;
-    }
+  // Keys of the coordinates that one turn takes: of streams that lights do not use.
+  SampleKeys keys_of(int depth, Turn turn) const {
+    const auto bounce = static_cast<std::uint32_t>(depth);
+    const auto kind = static_cast<std::uint32_t>(turn);
+    // Long paths need streams that are independent of each other.
+    if (is_global_) return stream_keys(in_.keys, 0x9a74'0000U + 4U * bounce + kind);
     SampleKeys keys = in_.keys;
-    const std::uint32_t stream =
-        0x6105'5000U + 2U * static_cast<std::uint32_t>(depth) + static_cast<std::uint32_t>(turn);
-    for (std::uint32_t& pixel : keys.pixel) pixel = hash_of(pixel, stream);
-    in_.sequence.fill(keys, Dimension::light_u, u);
-    in_.sequence.fill(keys, Dimension::light_v, v);
+    for (std::uint32_t& pixel : keys.pixel) {
+      pixel = hash_of(pixel, 0x6105'5000U + 2U * bounce + kind);
+    }
+    return keys;
   }
 
-  // Long paths need streams that are independent of each other.
-  static std::uint32_t stream_of(int depth, Turn turn) {
-    return 0x9a74'0000U + 4U * static_cast<std::uint32_t>(depth) + static_cast<std::uint32_t>(turn);
+  void draw(int depth, Turn turn, LaneValues& u, LaneValues& v) const {
+    const SampleKeys keys = keys_of(depth, turn);
+    in_.sequence.fill(keys, Dimension::light_u, u);
+    in_.sequence.fill(keys, Dimension::light_v, v);
   }
 
   // Adds what all other surfaces send to the diffuse colours `diffuse`, which a sheet keeps a part
@@ -186,15 +183,15 @@ class PacketTree {
       any = any || share[k] > 0.0F;
     }
     if (!any) return;
-    StreamValues values;
-    fill(in_.sequence, in_.keys, stream_of(from.depth, Turn::scattered), values);
+    LaneValues u, v;
+    draw(from.depth, Turn::scattered, u, v);
     Directions directions;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (!(share[k] > 0.0F)) continue;
       const Vec3f normal = from.surfaces.normal(k);
       // Of power 1 the lobe is the cosine's.
-      const Vec3f chosen = lobe_direction(normal, 1.0F, static_cast<float>(values.u[k]),
-                                          static_cast<float>(values.v[k]));
+      const Vec3f chosen =
+          lobe_direction(normal, 1.0F, static_cast<float>(u[k]), static_cast<float>(v[k]));
       directions.set(k, on_side_of(normal, from.surfaces.face(k), chosen));
     }
     LaneColors light;
@@ -269,14 +266,18 @@ class PacketTree {
   // light counts more. False where all lanes have ended.
   bool play_roulette(int depth, Turn turn, LaneMask& valid, LaneFloats& weight,
                      LaneFloats& gain) const {
-    StreamValues values;
-    fill(in_.sequence, in_.keys, stream_of(depth, turn), values);
+    gain.fill(1.0F);
+    bool any_light = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      any_light = any_light || (valid[k] != 0 && weight[k] < kCertainBranch);
+    }
+    if (!any_light) return true;
+    const SampleKeys keys = keys_of(depth, turn);
     bool any = false;
     for (std::size_t k = 0; k < kLanes; ++k) {
-      gain[k] = 1.0F;
       if (valid[k] != 0 && weight[k] < kCertainBranch) {
         const float chance = weight[k] / kCertainBranch;
-        valid[k] = values.chance[k] < chance ? -1 : 0;
+        valid[k] = in_.sequence.decision(keys.pixel[k], keys.index[k]) < chance ? -1 : 0;
         gain[k] = 1.0F / chance;
         weight[k] = kCertainBranch;
       }
