@@ -108,6 +108,7 @@ ChartRequest parse_chart_request(std::string_view body, const Limits& limits, Sc
   const ImageSpec size = read_chart_image(image, limits);
   ObjectReader effects = root.object("effects");
   chart.shot.effects = read_effects(effects);
+  chart.shot.illumination = read_illumination(root);
   chart.shot.seed = static_cast<std::uint32_t>(root.integer("seed", 0, 0xFFFF'FFFF, 0));
   chart.methods = read_methods(root, all_methods);
   chart.samples = read_samples(root, limits);

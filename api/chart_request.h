@@ -16,11 +16,11 @@ struct ChartRequest {
   AccuracyChartSpec chart = {};
 };
 
-/// Reads {"scene", "camera", "image": {"width", "height"}, "effects", "seed", "methods", "samples",
-/// "max_errors", "reference": {"method", "samples", "replicates"}}; all but scene and camera may be
-/// absent: 192 x 128 pixels, all methods, 1 to 64 samples a pixel by doubling, targets of 0.03
-/// and 0.01, four replicates of 256 samples.
-/// Throws: InvalidRequest with every fault, as parse_render_request.
+/// Reads {"scene", "camera", "image": {"width", "height"}, "effects", "illumination", "seed",
+/// "methods", "samples", "max_errors", "reference": {"method", "samples", "replicates"}}; all but
+/// scene and camera may be absent: 192 x 128 pixels, all methods, 1 to 64 samples a pixel by
+/// doubling, targets of 0.03 and 0.01, four replicates of 256 samples. Throws: InvalidRequest with
+/// every fault, as parse_render_request.
 ChartRequest parse_chart_request(std::string_view body, const Limits& limits, SceneNames names);
 
 /// The finished chart as JSON text. Its members but `cpu_s`, `wall_s` and `threads` are the same

@@ -55,13 +55,14 @@ TEST(ChartRequest, FillsItsDefaults) {
 TEST(ChartRequest, ReadsEveryMember) {
   const ChartRequest request = parsed(R"({"scene": "charts", "seed": 7,
     "camera": {"lens": {"f_number": 4}, "sensor_mm": [24, 24]},
-    "image": {"width": 64, "height": 64}, "effects": {"diffraction": "off"},
+    "image": {"width": 64, "height": 64}, "effects": {"diffraction": "off"}, "illumination": "global",
     "methods": ["lens-sampling", "pinhole"], "samples": [64, 4.0], "max_errors": [0.02],
     "reference": {"method": "lens-sampling", "samples": 512, "replicates": 8}})");
   const AccuracyChartSpec& chart = request.chart;
   EXPECT_EQ(chart.shot.seed, 7U);
   EXPECT_EQ(chart.shot.width, 64);
   EXPECT_EQ(chart.shot.effects.diffraction, EffectChoice::off);
+  EXPECT_EQ(chart.shot.illumination, Illumination::global);
   EXPECT_EQ(chart.methods, (std::vector<std::string>{"pinhole", "lens-sampling"}));
   EXPECT_EQ(chart.samples, (std::vector{64, 4}));
   EXPECT_EQ(chart.max_errors, std::vector{0.02});
@@ -93,6 +94,7 @@ TEST(ChartRequest, RefusesWithPointerAndLimit) {
       {"/image/format", "\"png\"", "#/image/format", "is unknown here"},
       {"/image/width", "200", "#/image", "must have square pixels"},
       {"/quality", "{}", "#/quality", "is unknown here"},
+      {"/illumination", "\"all\"", "#/illumination", "must be one of local, recursive, global"},
       {"/outputs", "[]", "#/outputs", "is unknown here"},
       {"/camera/lens/f_number", "0", "#/camera/lens/f_number", "must lie in 0.5 to 256"},
   };

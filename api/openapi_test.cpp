@@ -240,7 +240,12 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
                     {"/quality/method", "\"guess\"", false},
                     {"/effects/falloff", "\"on\"", true},
                     {"/effects/falloff", "true", false},
-                    {"/effects/vignetting", "\"on\"", false}});
+                    {"/effects/vignetting", "\"on\"", false},
+                    {"/illumination", "\"local\"", true},
+                    {"/illumination", "\"recursive\"", true},
+                    {"/illumination", "\"global\"", true},
+                    {"/illumination", "\"radiosity\"", false},
+                    {"/illumination", "null", false}});
 }
 
 TEST(OpenApi, AgreesWithTheParserOnScenes) {
@@ -409,6 +414,8 @@ TEST(OpenApi, AgreesWithTheParserOnCharts) {
                     {"/image/width", "0", false},
                     {"/image/format", "\"png\"", false},
                     {"/effects", R"({"diffraction": "off"})", true},
+                    {"/illumination", "\"global\"", true},
+                    {"/illumination", "2", false},
                     {"/quality", "{}", false},
                     {"/outputs", R"(["color"])", false}});
 }

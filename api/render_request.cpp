@@ -82,6 +82,7 @@ RenderRequest parse_render_request(std::string_view body, const Limits& limits, 
   request.spec.quality = read_quality(quality, limits);
   ObjectReader effects = root.object("effects");
   request.spec.effects = read_effects(effects);
+  request.spec.illumination = read_illumination(root);
   request.spec.outputs = root.choices<Output>("outputs", kOutputs, "color");
   request.spec.seed = static_cast<std::uint32_t>(root.integer("seed", 0, 0xFFFF'FFFF, 0));
   root.reject_unread_members();

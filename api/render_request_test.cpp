@@ -68,6 +68,7 @@ TEST(RenderRequest, FillsTheDefaultsOfTheContract) {
   EXPECT_FALSE(spec.quality.max_time_ms);
   EXPECT_EQ(spec.effects.defocus, EffectChoice::automatic);
   EXPECT_EQ(spec.effects.falloff, EffectChoice::off);
+  EXPECT_EQ(spec.illumination, Illumination::recursive);
   EXPECT_EQ(spec.outputs, std::vector{Output::color});
   EXPECT_EQ(spec.seed, 0U);
 }
@@ -82,7 +83,8 @@ TEST(RenderRequest, ReadsEveryMember) {
                "blade_rotation_deg": 90}},
     "image": {"width": 64, "height": 64, "format": "exr", "precision": "half"},
     "quality": {"max_error": 0.1, "max_time_ms": 500, "method": "lens-sampling", "samples": 16},
-    "effects": {"defocus": "on", "diffraction": "off", "motion": "off", "falloff": "auto"}})");
+    "effects": {"defocus": "on", "diffraction": "off", "motion": "off", "falloff": "auto"},
+    "illumination": "global"})");
   const CameraSpec& camera = request.spec.camera;
   EXPECT_EQ(camera.position, (Vec3{1, 2, 3}));
   EXPECT_EQ(camera.exposure->iso, 200.0);
@@ -99,8 +101,17 @@ TEST(RenderRequest, ReadsEveryMember) {
   EXPECT_EQ(request.spec.quality.method, "lens-sampling");
   EXPECT_EQ(request.spec.effects.defocus, EffectChoice::on);
   EXPECT_EQ(request.spec.effects.falloff, EffectChoice::automatic);
+  EXPECT_EQ(request.spec.illumination, Illumination::global);
   EXPECT_EQ(request.spec.outputs, (std::vector{Output::color, Output::depth, Output::coc}));
   EXPECT_EQ(request.spec.seed, 4294967295U);
+}
+
+// Requests keep the ids that they had when there was nothing else.
+TEST(RenderRequest, RecursiveIlluminationIsLeftOutOfTheNormalForm) {
+  EXPECT_EQ(parsed(with("/illumination", "\"recursive\"")).canonical,
+            parsed(with("/seed", "0")).canonical);
+  EXPECT_NE(parsed(with("/illumination", "\"global\"")).canonical,
+            parsed(with("/illumination", "\"local\"")).canonical);
 }
 
 // d = c sqrt(f' lambda): 2 sqrt(0.05 m 550e-9 m) = 0.33166 mm, and Rayleigh's sqrt(3.6) for 2.
@@ -159,6 +170,9 @@ TEST(RenderRequest, RefusesWithPointerLimitAndUnit) {
       {with("/quality/method", "\"scatter\""), "#/quality/method",
        "auto, pinhole, lens-reconstruction"},
       {with("/effects/motion", "true"), "#/effects/motion", "auto, on, off"},
+      {with("/effects/illumination", "\"global\""), "#/effects/illumination", "unknown"},
+      {with("/illumination", "\"radiosity\""), "#/illumination", "local, recursive, global"},
+      {with("/illumination", "true"), "#/illumination", "local, recursive, global"},
       {with("/outputs", "[]"), "#/outputs", "at least 1"},
       {with("/outputs", R"(["color", "color"])"), "#/outputs/1", "twice"},
       {with("/outputs", R"(["colour"])"), "#/outputs/0", "color, depth"},

@@ -25,6 +25,9 @@ constexpr Named<Precision> kPrecisions[] = {{"single", Precision::single},
                                             {"half", Precision::half}};
 constexpr Named<EffectChoice> kEffectChoices[] = {
     {"auto", EffectChoice::automatic}, {"on", EffectChoice::on}, {"off", EffectChoice::off}};
+constexpr Named<Illumination> kIlluminations[] = {{"local", Illumination::local},
+                                                  {"recursive", Illumination::recursive},
+                                                  {"global", Illumination::global}};
 constexpr Named<std::string_view> kMethods[] = {{"auto", "auto"},
                                                 {"pinhole", "pinhole"},
                                                 {"lens-reconstruction", "lens-reconstruction"},
@@ -243,6 +246,13 @@ EffectChoices read_effects(ObjectReader& effects) {
   choices.falloff = choice("falloff", "off");
   effects.reject_unread_members();
   return choices;
+}
+
+Illumination read_illumination(ObjectReader& root) {
+  const auto choice = root.choice<Illumination>("illumination", kIlluminations, "recursive");
+  // Requests that never heard of it keep their ids.
+  if (choice == Illumination::recursive) root.leave_out("illumination");
+  return choice;
 }
 
 void require_square_pixels(ObjectReader& image, const ImageSpec& size, const CameraSpec& camera) {

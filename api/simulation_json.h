@@ -22,6 +22,8 @@ CameraSpec read_camera(ObjectReader& camera);
 ImageSpec read_image(ObjectReader& image, const Limits& limits);
 QualitySpec read_quality(ObjectReader& quality, const Limits& limits);
 EffectChoices read_effects(ObjectReader& effects);
+/// The member "illumination" of a request.
+Illumination read_illumination(ObjectReader& root);
 
 /// Adds a fault to `image` unless its pixels are square on the camera's sensor.
 void require_square_pixels(ObjectReader& image, const ImageSpec& size, const CameraSpec& camera);

@@ -21,7 +21,8 @@ fstop_test(diffraction_test LABEL unit
 
 fstop_test(sampling_test LABEL unit SOURCES sampling/lane_sequence_test.cpp
            sampling/patterns_test.cpp
-           sampling/sequence_test.cpp sampling/warp_test.cpp
+           sampling/sequence_test.cpp sampling/stream_test.cpp
+           sampling/warp_test.cpp
            LINK fstop_sampling fstop_oracle)
 
 fstop_test(camera_test LABEL unit

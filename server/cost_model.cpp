@@ -119,6 +119,7 @@ std::string kind_of(const SimulationSpec& spec) {
   for (const EffectChoice effect :
        {spec.effects.defocus, spec.effects.diffraction, spec.effects.motion})
     kind += static_cast<char>('0' + static_cast<int>(effect));
+  kind += static_cast<char>('0' + static_cast<int>(spec.illumination));
   const bool is_twice = std::ranges::count(spec.outputs, Output::all_in_focus) > 0;
   return kind + (is_twice ? "+" : "");
 }

@@ -31,8 +31,8 @@ void pass(Stream& stream, Is<QualitySpec> auto& value) {
 
 template <typename Stream>
 void pass(Stream& stream, Is<SimulationSpec> auto& value) {
-  auto& [camera, width, height, quality, effects, outputs, seed, halftone] = value;
-  stream(camera, width, height, quality, effects, outputs, seed, halftone);
+  auto& [camera, width, height, quality, effects, illumination, outputs, seed, halftone] = value;
+  stream(camera, width, height, quality, effects, illumination, outputs, seed, halftone);
 }
 
 template <typename Stream>

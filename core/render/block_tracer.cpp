@@ -118,10 +118,12 @@ BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
               .sequence = source.sequence,
               .keys = {.pixel = pixels_of(grid, block)},
               .footprint_rate = source.texture_width_px * slope_,
-              .certain_light = source.certain_light},
+              .certain_light = source.certain_light,
+              .illumination = source.illumination},
       pixel_x_(source.sequence, Dimension::pixel_x, inputs_.keys.pixel),
       pixel_y_(source.sequence, Dimension::pixel_y, inputs_.keys.pixel),
-      time_(source.sequence, Dimension::time, inputs_.keys.pixel) {
+      time_(source.sequence, Dimension::time, inputs_.keys.pixel),
+      is_cut_(source.scene.branches() || source.illumination == Illumination::global) {
   grid.for_each_pixel(block, [&](std::size_t lane, int x, int y) {
     valid_[lane] = -1;
     ++lanes_;
@@ -177,7 +179,7 @@ FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
   source_.scene.intersect(packet, valid_, Coherence::coherent);
   std::uint64_t rays = lanes_;
   inputs_.keys.index.fill(index);
-  if (source_.scene.branches()) {
+  if (is_cut_) {
     cut_.fill(0.0F);
     inputs_.cut = &cut_;
   }
@@ -187,14 +189,29 @@ FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
     }
   }
   shade(inputs_, packet, valid_, traced.colors, rays);
-  if (source_.scene.branches()) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      if (valid_[k] != 0) cut_squares_ += double{cut_[k]} * double{cut_[k]};
-    }
-  }
+  if (is_cut_) note_cut();
   finish(packet, forward_, source_.exposure, traced);
   if (source_.falloff) fall_off(corner_x_, corner_y_, slope_, traced);
   return rays;
+}
+
+void BlockTracer::note_cut() noexcept {
+  const bool by_chance = source_.illumination == Illumination::global;
+  traced_ += 1.0;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    if (valid_[k] == 0) continue;
+    if (by_chance) {
+      cut_sums_[k] += double{cut_[k]};
+    } else {
+      cut_squares_ += double{cut_[k]} * double{cut_[k]};
+    }
+  }
+}
+
+double BlockTracer::cut_squares() const noexcept {
+  double squares = cut_squares_;
+  for (const double sum : cut_sums_) squares += traced_ > 0.0 ? sum * sum / traced_ : 0.0;
+  return squares;
 }
 
 FSTOP_KERNEL float BlockTracer::least_defocus(const TracedPacket& traced) const noexcept {
@@ -209,12 +226,13 @@ FSTOP_KERNEL float BlockTracer::least_defocus(const TracedPacket& traced) const 
 }
 
 bool BlockTracer::meets_sharp() const noexcept {
+  const bool follows_branches = source_.illumination != Illumination::local;
   const Scene& scene = source_.scene.scene();
   for (std::size_t k = 0; k < kLanes; ++k) {
     if (valid_[k] == 0 || packet_.object[k] == kNoHit) continue;
     const auto material = static_cast<std::size_t>(scene.objects[packet_.object[k]].material);
     const Material& m = scene.materials[material];
-    if (m.reflection > 0.0 || m.transmission > 0.0) return true;
+    if (follows_branches && (m.reflection > 0.0 || m.transmission > 0.0)) return true;
     if (source_.scene.is_on_screen(packet_.object[k])) return true;
   }
   return false;

@@ -26,6 +26,7 @@ struct SampleSource {
   float certain_light = 0.0F;        // ShadingInputs::certain_light
   float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
   std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
+  Illumination illumination = Illumination::recursive;
 };
 
 /// A packet of complete samples: where they were taken, what they saw and how far off.
@@ -46,8 +47,9 @@ class BlockTracer {
   /// Blur diameter in pixels of a vergence of 1/metre beside the focus.
   double blur_px() const noexcept { return 2.0 * frame_.radius / frame_.slope; }
 
-  /// Sum over all samples so far of the squared weight of branches that were not followed.
-  double cut_squares() const noexcept { return cut_squares_; }
+  /// Sum over all samples so far of the squared weight of branches that were not followed: where
+  /// chance decides which are followed, of its mean over each pixel's samples.
+  double cut_squares() const noexcept;
 
   /// Lanes whose pixel lies in the picture.
   const LaneMask& valid() const noexcept { return valid_; }
@@ -73,6 +75,7 @@ class BlockTracer {
   // Whether a valid lane has met a mirror, something transparent, or a texture fixed to the
   // picture: what blur does not soften.
   bool meets_sharp() const noexcept;
+  void note_cut() noexcept;
   std::uint64_t trace_one(std::uint32_t index, TracedPacket& traced) noexcept;
   std::uint64_t trace_any(std::uint32_t index, TracedPacket& traced) noexcept;
   std::uint64_t trace_wide(std::uint32_t index, TracedPacket& traced) noexcept;
@@ -102,8 +105,12 @@ class BlockTracer {
   std::uint32_t chunk_ = 0xffffffffU;  // of kLanes samples, whose pupil points are at hand
   alignas(64) LaneValues pupil_x_ = {};
   alignas(64) LaneValues pupil_y_ = {};
+  bool is_cut_;  // paths branch, and some branches are not followed
   alignas(64) LaneFloats cut_ = {};
   double cut_squares_ = 0.0;
+  // Of global illumination instead.
+  alignas(64) LaneValues cut_sums_ = {};
+  double traced_ = 0.0;  // samples of each pixel
 };
 
 }  // namespace fstop

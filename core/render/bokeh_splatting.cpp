@@ -100,7 +100,8 @@ class EmitterSplatter {
                                .sequence = sequence_,
                                .keys = keys,
                                .footprint_rate = footprint_rate_,
-                               .film = &film};
+                               .film = &film,
+                               .illumination = source_.illumination};
     LaneColors behind;
     shade(inputs, without, splats.visible, behind, chunk.rays);
     const LaneColors emitted = emission(inputs, without, splats, chunk);
@@ -202,8 +203,7 @@ class EmitterSplatter {
     hits.primitive = splats.points.primitive;
     hits.u = splats.points.b1;
     hits.v = splats.points.b2;
-    LaneSurfaces surfaces;
-    shade_locally(inputs, hits, splats.visible, LaneFloats{}, surfaces, colors, chunk.rays);
+    shade(inputs, hits, splats.visible, colors, chunk.rays);
     return colors;
   }
 
@@ -337,7 +337,8 @@ SplatSource splat_source(const SampleSource& rays, const EmitterChoice& choice,
           .falloff = rays.falloff,
           .exposure = rays.exposure,
           .shutter_seconds = rays.shutter_seconds,
-          .texture_width_px = rays.texture_width_px};
+          .texture_width_px = rays.texture_width_px,
+          .illumination = rays.illumination};
 }
 
 std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,

@@ -22,6 +22,7 @@ struct Shot {
   Sensor sensor = {};
   QualitySpec quality = {};
   EffectChoices effects = {};
+  Illumination illumination = Illumination::recursive;
   std::uint32_t seed = 0;
   bool wants_variance = false;  // the outcome's image of it is asked for
   // max_time_ms counts from here.
@@ -44,6 +45,7 @@ struct ShotFacts {
   bool moves = false;            // something moves while the shutter is open
   bool camera_moves = false;     // and it is the camera, whose motion is modelled
   bool mirrors = false;          // something reflects or transmits
+  bool interreflects = false;    // diffuse surfaces light each other
   double branch_share = 0.0;     // of the picture that shows such things
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
   bool forks = false;            // one surface both reflects and transmits

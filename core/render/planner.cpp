@@ -114,6 +114,16 @@ ModelledEffect modelled(std::string effect, std::string why) {
   return {.effect = std::move(effect), .modelled = true, .bound = 0.0, .why = std::move(why)};
 }
 
+ModelledEffect branches_of(const Shot& shot, const ShotFacts& facts) {
+  const bool followed = shot.illumination != Illumination::local;
+  return {.effect = "reflection and transmission",
+          .modelled = followed,
+          .bound = facts.branch_error,
+          .why = followed ? "followed until a branch counts less than " + rounded(kSmallestBranch) +
+                                " or lies " + std::to_string(kDeepestBranch) + " deep"
+                          : "left out, as illumination local says: not part of the error"};
+}
+
 }  // namespace
 
 double loss_rmse(std::span<const EffectLoss> effects, double contrast) {
@@ -167,12 +177,13 @@ std::vector<ModelledEffect> model_of(const Shot& shot, const ShotFacts& facts,
                      .why = facts.moves ? "switched off" : "nothing moves during the exposure"});
   }
   if (facts.area_lights) model.push_back(modelled("area light", "sampled over its surface"));
-  if (facts.mirrors) {
-    model.push_back({.effect = "reflection and transmission",
+  if (facts.mirrors) model.push_back(branches_of(shot, facts));
+  if (facts.interreflects) {
+    model.push_back({.effect = "diffuse interreflection",
                      .modelled = true,
-                     .bound = facts.branch_error,
-                     .why = "followed until a branch counts less than " + rounded(kSmallestBranch) +
-                            " or lies " + std::to_string(kDeepestBranch) + " deep"});
+                     .bound = facts.mirrors ? 0.0 : facts.branch_error,
+                     .why = "paths end by chance, the last " + std::to_string(kDeepestBranch) +
+                            " deep; in place of ambient light, which is left out"});
   }
   model.push_back(shot.effects.falloff != EffectChoice::off
                       ? modelled("falloff", "cos^4 of the chief ray")

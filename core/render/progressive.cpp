@@ -160,7 +160,8 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
           .velocity = motion ? to_float(shot.camera.velocity) : Vec3f{},
           .certain_light = certain_light(shot),
-          .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality))};
+          .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality)),
+          .illumination = shot.illumination};
 }
 
 std::vector<EffectLoss> omitted_diffraction(const Shot& shot, const ShotFacts& facts) {
@@ -175,8 +176,16 @@ std::vector<EffectLoss> omitted_diffraction(const Shot& shot, const ShotFacts& f
 }
 
 double predicted_rays(const ShotFacts& facts, double noise, double spread) {
-  const double samples = std::pow(std::max(1.0, spread / std::max(noise, 1e-9)), 1.0 / 0.6);
-  return facts.pixel_count * std::clamp(samples, 4.0, double(kMostSamples));
+  double order = 0.6;
+  double rays_each = 1.0;
+  if (facts.interreflects) {
+    // Every pixel looks about the scene, whatever it shows, along paths of some turns.
+    spread = std::max(spread, facts.contrast);
+    order = 0.5;
+    rays_each = 4.0;
+  }
+  const double samples = std::pow(std::max(1.0, spread / std::max(noise, 1e-9)), 1.0 / order);
+  return facts.pixel_count * rays_each * std::clamp(samples, 4.0, double(kMostSamples));
 }
 
 }  // namespace fstop

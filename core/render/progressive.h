@@ -41,7 +41,8 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
 /// 1.5 px of blur on, so that 0.41 Q holds for both.
 std::vector<EffectLoss> omitted_diffraction(const Shot& shot, const ShotFacts& facts);
 
-/// Rays that `noise` RMSE will take: a law of N^-0.6 for scrambled nets on mixed scenes.
+/// Rays that `noise` RMSE will take: a law of N^-0.6 for scrambled nets on mixed scenes, of N^-0.5
+/// where diffuse surfaces light each other.
 double predicted_rays(const ShotFacts& facts, double noise, double spread);
 
 }  // namespace fstop

@@ -191,6 +191,14 @@ class Probe {
   bool branches(std::int32_t material) const {
     if (material < 0) return false;
     const Material& m = shot_.scene->material(material);
+    switch (shot_.illumination) {
+      case Illumination::local:
+        return false;
+      case Illumination::recursive:
+        break;
+      case Illumination::global:
+        if (m.model != ShadingModel::unlit) return true;
+    }
     return m.reflection > 0.0 || m.transmission > 0.0;
   }
 
@@ -265,9 +273,11 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
       (shot.scene->moves() || shot.camera.velocity != Vec3{}) && shot.camera.shutter_seconds > 0.0;
   for (const Material& material : scene.materials) {
     facts.mirrors = facts.mirrors || material.reflection > 0.0 || material.transmission > 0.0;
+    facts.interreflects = facts.interreflects || material.model != ShadingModel::unlit;
   }
-  if (facts.mirrors) {
-    const BranchBound bound = branch_bound(scene.materials);
+  facts.interreflects = facts.interreflects && shot.illumination == Illumination::global;
+  if (facts.mirrors || facts.interreflects) {
+    const BranchBound bound = branch_bound(scene.materials, shot.illumination);
     facts.branch_error = bound.error;
     facts.forks = bound.forks;
   }
@@ -289,12 +299,13 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
         std::min(brightest * exposure_of(shot.camera) * sharp_px, emitter.footprint_px());
   }
   Probe(shot).run(facts, run);
-  if (facts.mirrors) {  // what they show may be as far as anything
+  const bool shows_others = facts.mirrors && shot.illumination != Illumination::local;
+  if (shows_others) {  // what they show may be as far as anything
     const double far = blur_diameter(shot.camera, kInfinitelyFar) / shot.sensor.pixel_pitch;
     facts.largest_blur_px = std::max(facts.largest_blur_px, std::abs(far));
-    // The probe shades what it meets, not what that shows: as where no scene is known.
-    facts.contrast = std::max(facts.contrast, 0.25);
   }
+  // The probe shades what it meets, not what that shows: as where no scene is known.
+  if (shows_others || facts.interreflects) facts.contrast = std::max(facts.contrast, 0.25);
   return facts;
 }
 

@@ -42,6 +42,7 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
           .sensor = sensor_of(spec.camera, spec.width, spec.height),
           .quality = spec.quality,
           .effects = spec.effects,
+          .illumination = spec.illumination,
           .seed = spec.seed,
           .wants_variance = std::ranges::count(spec.outputs, Output::variance) > 0};
 }
@@ -83,6 +84,11 @@ double unseen_emitters_rmse(const ShotFacts& facts) {
   if (facts.emitters_splatted == 0) return 0.0;
   const double all = facts.emitter_px * facts.emitters_found / facts.emitters_splatted;
   return std::sqrt(2.0 * all * facts.branch_share / facts.pixel_count);
+}
+
+// RMSE of branches that are not followed, though the request asks for them.
+double error_of_branches(const Shot& shot, const ShotFacts& facts) {
+  return shot.illumination == Illumination::local ? 0.0 : facts.branch_error;
 }
 
 // The finished image's error: noise and what was left out add in squares, since noise is as
@@ -154,7 +160,8 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
 
   const double expected_detail =
       facts.averages_texels ? kTextureDetailShare * spec.quality.max_error : 0.0;
-  const double expected_bias = plan.quote.error.rmse + facts.branch_error + expected_detail;
+  const double expected_cut = error_of_branches(shot, facts);
+  const double expected_bias = plan.quote.error.rmse + expected_cut + expected_detail;
   RenderOutcome outcome = plan.method->render(shot, facts, expected_bias, run);
   if (outcome.effects) plan.quote.error.effects = *outcome.effects;
 
@@ -179,7 +186,7 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
     }
   }
   double bias = uncertified_rmse(plan.quote.error.effects, contrast);
-  bias += told.branch_error;
+  bias += error_of_branches(shot, told);
   if (facts.averages_texels) {
     const double detail =
         texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality), run);

@@ -14,6 +14,7 @@
 #include "core/post/halftone.h"
 #include "core/sampling/patterns.h"
 #include "core/scene/ray_scene.h"
+#include "core/shading/illumination_choice.h"
 
 namespace fstop {
 
@@ -46,6 +47,7 @@ struct SimulationSpec {
   int height = 640;
   QualitySpec quality = {};
   EffectChoices effects = {};
+  Illumination illumination = Illumination::recursive;
   std::vector<Output> outputs = {Output::color};
   std::uint32_t seed = 0;
   std::optional<HalftoneSpec> halftone = {};  // of files of 8 bits, made from the finished picture

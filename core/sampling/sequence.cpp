@@ -1,6 +1,7 @@
 #include "core/sampling/sequence.h"
 
 #include "core/sampling/patterns.h"
+#include "core/sampling/scramble.h"
 #include "core/simd.h"
 
 namespace fstop {
@@ -22,14 +23,6 @@ constexpr std::array<Polynomial, kDimensions - 1> kPolynomials = {{{1, 0, {1}},
                                                                    {4, 4, {1, 3, 5, 13}}}};
 
 using Directions = std::array<std::uint32_t, 32>;
-
-constexpr std::uint32_t reversed(std::uint32_t v) {
-  v = ((v >> 1) & 0x55555555U) | ((v & 0x55555555U) << 1);
-  v = ((v >> 2) & 0x33333333U) | ((v & 0x33333333U) << 2);
-  v = ((v >> 4) & 0x0f0f0f0fU) | ((v & 0x0f0f0f0fU) << 4);
-  v = ((v >> 8) & 0x00ff00ffU) | ((v & 0x00ff00ffU) << 8);
-  return (v >> 16) | (v << 16);
-}
 
 constexpr Directions directions_of(int dimension) {
   Directions v = {};
@@ -77,26 +70,6 @@ constexpr ByteTable byte_table_of(int dimension) {
 constexpr std::array<ByteTable, kDimensions> kTables = {
     byte_table_of(0), byte_table_of(1), byte_table_of(2), byte_table_of(3),
     byte_table_of(4), byte_table_of(5), byte_table_of(6)};
-
-constexpr std::uint32_t mixed(std::uint32_t v) {
-  // Finaliser of MurmurHash3 (Appleby, public domain): every input bit reaches every output bit.
-  v ^= v >> 16;
-  v *= 0x85ebca6bU;
-  v ^= v >> 13;
-  v *= 0xc2b2ae35U;
-  v ^= v >> 16;
-  return v;
-}
-
-// Flips each bit by a hash of the bits below it: an Owen scramble of a bit-reversed fraction.
-constexpr std::uint32_t scrambled(std::uint32_t v, std::uint32_t key) {
-  v ^= v * 0x3d20adeaU;
-  v += key;
-  v *= (key >> 16) | 1U;
-  v ^= v * 0x05526c56U;
-  v ^= v * 0x53a22864U;
-  return v;
-}
 
 std::uint32_t sobol_bits(std::size_t dimension, std::uint32_t index) {
   const ByteTable& table = kTables[dimension];
@@ -162,9 +135,7 @@ const PatternTables* tables_for(const PatternTables* patterns, std::size_t dimen
 
 }  // namespace
 
-std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept {
-  return mixed(mixed(a ^ 0x9e3779b9U) + b * 0x85157af5U);
-}
+std::uint32_t hash_of(std::uint32_t a, std::uint32_t b) noexcept { return hashed(a, b); }
 
 void SampleSequence::fill(const SampleKeys& keys, Dimension dimension,
                           LaneValues& values) const noexcept {

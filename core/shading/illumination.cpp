@@ -115,7 +115,8 @@ class SurfaceColors {
     sources_.at(material.emission, lanes, color);
     if (material.model == ShadingModel::unlit) return copy_lanes(lanes, color, colors);
     const Rgb& ambient_light = in_.scene.scene().ambient_light;
-    if (!is_black(material.ambient) && ambient_light != Rgb{0, 0, 0}) {
+    const bool has_ambient = in_.illumination != Illumination::global;
+    if (has_ambient && !is_black(material.ambient) && ambient_light != Rgb{0, 0, 0}) {
       LaneColors ambient;
       sources_.at(material.ambient, lanes, ambient);
       for (std::size_t k = 0; k < kLanes; ++k) {
@@ -281,7 +282,7 @@ class LightPass {
 
 FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
                             const LaneFloats& path_length, LaneSurfaces& surfaces,
-                            LaneColors& colors, std::uint64_t& rays) {
+                            LaneColors& colors, std::uint64_t& rays, LaneColors* diffuse) {
   const Scene& scene = in.scene.scene();
   in.scene.surfaces(packet, valid, surfaces);
   colors.r.fill(scene.background[0]);
@@ -294,9 +295,10 @@ FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, co
   if (in.scene.has_screen_maps()) place_on_film(in, packet, surfaces, footprint);
   if (in.scene.has_relief()) add_relief(in.scene, footprint, surfaces);
   SurfaceColors own(in, packet, footprint, surfaces);
-  if (!in.scene.lit()) return own.find(colors, nullptr);
+  if (!in.scene.lit() && diffuse == nullptr) return own.find(colors, nullptr);
   LitLanes lit;
   own.find(colors, &lit);
+  if (diffuse != nullptr) *diffuse = lit.diffuse;
   if (!lit.any) return;
   LightPass pass(in, packet, surfaces, lit);
   std::uint32_t number = 0;
@@ -307,17 +309,19 @@ FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, co
 [[gnu::flatten]] FSTOP_AVX512 void shade_wide(const ShadingInputs& in, const RayPacket& packet,
                                               const LaneMask& valid, const LaneFloats& path_length,
                                               LaneSurfaces& surfaces, LaneColors& colors,
-                                              std::uint64_t& rays) {
-  shade_any(in, packet, valid, path_length, surfaces, colors, rays);
+                                              std::uint64_t& rays, LaneColors* diffuse) {
+  shade_any(in, packet, valid, path_length, surfaces, colors, rays, diffuse);
 }
 
 }  // namespace
 
 void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
                    const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
-                   std::uint64_t& rays) noexcept {
-  if (has_avx512()) return shade_wide(in, packet, valid, path_length, surfaces, colors, rays);
-  shade_any(in, packet, valid, path_length, surfaces, colors, rays);
+                   std::uint64_t& rays, LaneColors* diffuse) noexcept {
+  if (has_avx512()) {
+    return shade_wide(in, packet, valid, path_length, surfaces, colors, rays, diffuse);
+  }
+  shade_any(in, packet, valid, path_length, surfaces, colors, rays, diffuse);
 }
 
 }  // namespace fstop

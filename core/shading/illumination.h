@@ -5,6 +5,7 @@
 
 #include "core/scene/lane_colors.h"
 #include "core/scene/ray_scene.h"
+#include "core/shading/illumination_choice.h"
 
 namespace fstop {
 
@@ -44,14 +45,17 @@ struct ShadingInputs {
   /// Read where has_screen_maps(), by surfaces seen in mirrors too; null: the lower left corner.
   const FilmPlaces* film = nullptr;
   int depth = 0;  // bounces before this packet: another stream of light samples
+  Illumination illumination = Illumination::recursive;
 };
 
 /// Local light of every valid lane: emission + ambient * ambient_light + the sum over lights of
 /// f_radial f_angular intensity (diffuse (N.L) + specular (R.V)^n), with shadow rays; misses get
-/// the background. `path_length` is added to each lane's own distance for texture footprints.
-/// `surfaces` receives the surfaces that were hit; `rays` grows by the shadow rays.
+/// the background. Global illumination has no ambient term: interreflection takes its place.
+/// `path_length` is added to each lane's own distance for texture footprints.
+/// `surfaces` receives the surfaces that were hit; `rays` grows by the shadow rays. `diffuse`,
+/// which may be null, receives the diffuse colour of lanes that answer to light, black elsewhere.
 void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
                    const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
-                   std::uint64_t& rays) noexcept;
+                   std::uint64_t& rays, LaneColors* diffuse = nullptr) noexcept;
 
 }  // namespace fstop

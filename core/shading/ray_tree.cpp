@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/sampling/stream.h"
 #include "core/shading/material.h"
 
 namespace fstop {
@@ -12,27 +13,38 @@ namespace {
 
 alignas(64) constexpr LaneFloats kNoPath = {};
 
+// Where a branch leads.
+enum class Turn : std::uint32_t { mirrored, onwards, scattered };
+
 // The packets of one tree of rays: every lane follows its own sample, all lanes bounce together.
 class PacketTree {
  public:
-  PacketTree(const ShadingInputs& in, std::uint64_t& rays) : in_(in), rays_(rays) {}
+  PacketTree(const ShadingInputs& in, std::uint64_t& rays)
+      : in_(in),
+        rays_(rays),
+        is_global_(in.illumination == Illumination::global),
+        deepest_(in.illumination == Illumination::local ? in.depth : kDeepestBranch) {}
 
   // The whole light along every valid lane of a traced packet. `weight`: how much a lane's light
-  // still counts; `path_length`: metres before this packet.
+  // still counts; `path_length`: metres before this packet; `scattered`: behind a diffuse bounce.
   void shade(const RayPacket& packet, const LaneMask& valid, const LaneFloats& weight,
-             const LaneFloats& path_length, int depth, LaneColors& colors) {
+             const LaneFloats& path_length, int depth, bool scattered, LaneColors& colors) {
     LaneSurfaces surfaces;
+    LaneColors diffuse;
     ShadingInputs inputs = in_;
     inputs.depth = depth;
-    shade_locally(inputs, packet, valid, path_length, surfaces, colors, rays_);
+    shade_locally(inputs, packet, valid, path_length, surfaces, colors, rays_,
+                  is_global_ ? &diffuse : nullptr);
     Shares shares;
-    if (!shares_of(packet, surfaces, shares)) return;
+    const bool branches = shares_of(packet, surfaces, shares);
+    if (!branches && !is_global_) return;
     alignas(64) LaneFloats length;
     for (std::size_t k = 0; k < kLanes; ++k) length[k] = path_length[k] + packet.far[k];
-    const Bounce from{packet, surfaces, weight, length, depth};
+    const Bounce from{packet, surfaces, weight, length, depth, scattered};
+    if (is_global_) scatter(from, diffuse, shares.kept, colors);
     if (shares.any_reflection) {
       LaneColors light;
-      follow(from, shares.kept_reflection, mirrors(from), light);
+      follow(from, shares.kept_reflection, mirrors(from), Turn::mirrored, light);
       add(shares.reflection, light, colors);
     }
     if (!shares.any_transmission) return;
@@ -42,7 +54,7 @@ class PacketTree {
       colors.b[k] *= shares.kept[k];
     }
     LaneColors light;
-    follow(from, shares.transmission, onwards(from), light);
+    follow(from, shares.transmission, onwards(from), Turn::onwards, light);
     add(shares.transmission, light, colors);
   }
 
@@ -71,6 +83,7 @@ class PacketTree {
     const LaneFloats& weight;
     const LaneFloats& path_length;
     int depth = 0;
+    bool scattered = false;  // a diffuse surface lies before
   };
 
   bool shares_of(const RayPacket& packet, const LaneSurfaces& surfaces, Shares& shares) const {
@@ -110,13 +123,13 @@ class PacketTree {
       if (from.surfaces.material[k] < 0) continue;
       result.set(k, mirrored(from.packet.direction(static_cast<int>(k)), from.surfaces.normal(k)));
     }
-    spread(from, &Material::reflection_exponent, 0, result);
+    spread(from, &Material::reflection_exponent, Turn::mirrored, result);
     return result;
   }
 
   // Lanes of a glossy or frosted material look about their ideal direction, on its side of the
   // surface.
-  void spread(const Bounce& from, std::optional<double> Material::*exponent, std::uint32_t kind,
+  void spread(const Bounce& from, std::optional<double> Material::*exponent, Turn turn,
               Directions& directions) const {
     LaneValues u, v;
     bool drawn = false;
@@ -125,25 +138,69 @@ class PacketTree {
       const auto& lobe = in_.scene.material(from.surfaces.material[k]).*exponent;
       if (!lobe) continue;
       if (!drawn) {
-        draw(from.depth, kind, u, v);
+        draw(from.depth, turn, u, v);
         drawn = true;
       }
       const Vec3f ideal = normalized(directions.get(k));
-      Vec3f chosen = lobe_direction(ideal, static_cast<float>(*lobe), static_cast<float>(u[k]),
-                                    static_cast<float>(v[k]));
-      const Vec3f face = from.surfaces.face(k);
-      if (dot(chosen, face) * dot(ideal, face) < 0.0F) chosen = mirrored(chosen, face);
-      directions.set(k, chosen);
+      const Vec3f chosen = lobe_direction(ideal, static_cast<float>(*lobe),
+                                          static_cast<float>(u[k]), static_cast<float>(v[k]));
+      directions.set(k, on_side_of(ideal, from.surfaces.face(k), chosen));
     }
   }
 
-  // Two dimensions of the sequence for one bounce: of streams that lights do not use.
-  void draw(int depth, std::uint32_t kind, LaneValues& u, LaneValues& v) const {
+  // `direction`, mirrored at the face where it lies on the other side than `side`.
+  static Vec3f on_side_of(Vec3f side, Vec3f face, Vec3f direction) {
+    return dot(direction, face) * dot(side, face) < 0.0F ? mirrored(direction, face) : direction;
+  }
+
+  // Keys of the coordinates that one turn takes: of streams that lights do not use.
+  SampleKeys keys_of(int depth, Turn turn) const {
+    const auto bounce = static_cast<std::uint32_t>(depth);
+    const auto kind = static_cast<std::uint32_t>(turn);
+    // Long paths need streams that are independent of each other.
+    if (is_global_) return stream_keys(in_.keys, 0x9a74'0000U + 4U * bounce + kind);
     SampleKeys keys = in_.keys;
-    const std::uint32_t stream = 0x6105'5000U + 2U * static_cast<std::uint32_t>(depth) + kind;
-    for (std::uint32_t& pixel : keys.pixel) pixel = hash_of(pixel, stream);
+    for (std::uint32_t& pixel : keys.pixel) {
+      pixel = hash_of(pixel, 0x6105'5000U + 2U * bounce + kind);
+    }
+    return keys;
+  }
+
+  void draw(int depth, Turn turn, LaneValues& u, LaneValues& v) const {
+    const SampleKeys keys = keys_of(depth, turn);
     in_.sequence.fill(keys, Dimension::light_u, u);
     in_.sequence.fill(keys, Dimension::light_v, v);
+  }
+
+  // Adds what all other surfaces send to the diffuse colours `diffuse`, which a sheet keeps a part
+  // of.
+  void scatter(const Bounce& from, const LaneColors& diffuse, const LaneFloats& kept,
+               LaneColors& colors) {
+    alignas(64) LaneFloats share;
+    bool any = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      share[k] = kept[k] * std::max({diffuse.r[k], diffuse.g[k], diffuse.b[k]});
+      any = any || share[k] > 0.0F;
+    }
+    if (!any) return;
+    LaneValues u, v;
+    draw(from.depth, Turn::scattered, u, v);
+    Directions directions;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (!(share[k] > 0.0F)) continue;
+      const Vec3f normal = from.surfaces.normal(k);
+      // Of power 1 the lobe is the cosine's.
+      const Vec3f chosen =
+          lobe_direction(normal, 1.0F, static_cast<float>(u[k]), static_cast<float>(v[k]));
+      directions.set(k, on_side_of(normal, from.surfaces.face(k), chosen));
+    }
+    LaneColors light;
+    follow(from, share, directions, Turn::scattered, light);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      colors.r[k] += diffuse.r[k] * light.r[k];
+      colors.g[k] += diffuse.g[k] * light.g[k];
+      colors.b[k] += diffuse.b[k] * light.b[k];
+    }
   }
 
   Directions onwards(const Bounce& from) const {
@@ -156,7 +213,7 @@ class PacketTree {
       result.set(k, material.ior ? bent(direction, from.surfaces.normal(k), *material.ior, outside)
                                  : direction);
     }
-    spread(from, &Material::transmission_exponent, 1, result);
+    spread(from, &Material::transmission_exponent, Turn::onwards, result);
     return result;
   }
 
@@ -167,22 +224,29 @@ class PacketTree {
   }
 
   // Light from `directions`, of the lanes whose `share` is worth following; black in others.
-  void follow(const Bounce& from, const LaneFloats& share, const Directions& directions,
+  void follow(const Bounce& from, const LaneFloats& share, const Directions& directions, Turn turn,
               LaneColors& light) {
     RayPacket packet;
     alignas(64) LaneMask valid = {};
     alignas(64) LaneFloats weight = {};
+    const bool by_chance = is_global_ && (from.scattered || turn == Turn::scattered);
     bool any = false;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (from.surfaces.material[k] < 0 || !(share[k] > 0.0F)) continue;
       weight[k] = from.weight[k] * share[k];
-      const bool counts = weight[k] >= kSmallestBranch && from.depth < kDeepestBranch;
+      const bool counts = (by_chance || weight[k] >= kSmallestBranch) && from.depth < deepest_;
       if (!counts || ++branches_[k] > kMostBranches) {
         if (in_.cut != nullptr) (*in_.cut)[k] += weight[k];
         continue;
       }
       valid[k] = -1;
       any = true;
+    }
+    alignas(64) LaneFloats gain;
+    if (any && by_chance) any = play_roulette(from.depth, turn, valid, weight, gain);
+    if (!any) return;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (valid[k] == 0) continue;
       ++rays_;
       const Vec3f direction = normalized(directions.get(k));
       const Vec3f face = from.surfaces.face(k);
@@ -190,11 +254,43 @@ class PacketTree {
       const Vec3f origin = from.surfaces.position(k) + face * (side * from.surfaces.error[k]);
       packet.set(static_cast<int>(k), origin, direction, kFar, from.packet.time[k]);
     }
-    if (!any) return;
     in_.scene.intersect(packet, valid, Coherence::incoherent);
-    shade(packet, valid, weight, from.path_length, from.depth + 1, light);
+    shade(packet, valid, weight, from.path_length, from.depth + 1, by_chance, light);
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] == 0) light.set(static_cast<int>(k), {0, 0, 0});
+    }
+    if (by_chance) brighten(gain, light);
+  }
+
+  // Ends light branches by chance; those that stay weigh kCertainBranch, and `gain` is what their
+  // light counts more. False where all lanes have ended.
+  bool play_roulette(int depth, Turn turn, LaneMask& valid, LaneFloats& weight,
+                     LaneFloats& gain) const {
+    gain.fill(1.0F);
+    bool any_light = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      any_light = any_light || (valid[k] != 0 && weight[k] < kCertainBranch);
+    }
+    if (!any_light) return true;
+    const SampleKeys keys = keys_of(depth, turn);
+    bool any = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (valid[k] != 0 && weight[k] < kCertainBranch) {
+        const float chance = weight[k] / kCertainBranch;
+        valid[k] = in_.sequence.decision(keys.pixel[k], keys.index[k]) < chance ? -1 : 0;
+        gain[k] = 1.0F / chance;
+        weight[k] = kCertainBranch;
+      }
+      any = any || valid[k] != 0;
+    }
+    return any;
+  }
+
+  static void brighten(const LaneFloats& gain, LaneColors& light) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      light.r[k] *= gain[k];
+      light.g[k] *= gain[k];
+      light.b[k] *= gain[k];
     }
   }
 
@@ -208,6 +304,8 @@ class PacketTree {
 
   const ShadingInputs& in_;
   std::uint64_t& rays_;
+  bool is_global_;
+  int deepest_;
   std::array<int, kLanes> branches_ = {};
 };
 
@@ -215,26 +313,34 @@ class PacketTree {
 
 void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
            LaneColors& colors, std::uint64_t& rays) noexcept {
-  if (!in.scene.branches()) {
+  if (!in.scene.branches() && in.illumination != Illumination::global) {
     LaneSurfaces surfaces;
     shade_locally(in, packet, valid, kNoPath, surfaces, colors, rays);
     return;
   }
   alignas(64) LaneFloats weight;
   weight.fill(1.0F);
-  PacketTree(in, rays).shade(packet, valid, weight, kNoPath, in.depth, colors);
+  PacketTree(in, rays).shade(packet, valid, weight, kNoPath, in.depth, false, colors);
 }
 
-BranchBound branch_bound(const std::vector<Material>& materials) {
-  BranchBound bound{.error = kSmallestBranch};
+BranchBound branch_bound(const std::vector<Material>& materials, Illumination illumination) {
+  const bool is_local = illumination == Illumination::local;
+  BranchBound bound{.error = is_local ? 0.0 : double{kSmallestBranch}};
   for (const Material& material : materials) {
     const double transmission = material.transmission;
     const bool is_sheet = transmission > 0.0 && !material.ior;
     const double reflection = (is_sheet ? 1.0 - transmission : 1.0) * material.reflection;
     bound.forks = bound.forks || (reflection > 0.0 && transmission > 0.0);
-    bound.error = std::max(bound.error, std::pow(std::max(reflection, transmission),
-                                                 static_cast<double>(kDeepestBranch)));
+    double heaviest = std::max(reflection, transmission);
+    if (illumination == Illumination::global && material.model != ShadingModel::unlit) {
+      const Rgb& diffuse = material.diffuse.value;
+      heaviest = std::max(heaviest, double{std::max({diffuse[0], diffuse[1], diffuse[2]})});
+    }
+    const double left =
+        is_local ? reflection + transmission : std::pow(heaviest, double{kDeepestBranch});
+    bound.error = std::max(bound.error, left);
   }
+  bound.forks = bound.forks && !is_local;
   return bound;
 }
 

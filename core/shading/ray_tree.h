@@ -10,17 +10,23 @@ inline constexpr float kSmallestBranch = 0.001F;
 inline constexpr int kDeepestBranch = 64;
 /// Rays of one sample's tree: where mirrors and glass double the branches at every surface.
 inline constexpr int kMostBranches = 4096;
+/// Behind a diffuse bounce branches of this weight are followed for certain, lighter ones as rarely
+/// as they are light.
+inline constexpr float kCertainBranch = 0.25F;
 
 /// Where the picture is traced, what was cut is measured instead (BlockTracer::cut_squares).
 ///
 /// Largest error that cutting branches leaves in a sample whose further light is at most 1:
 /// the heavier of the smallest branch followed and of the heaviest path at kDeepestBranch. Holds
 /// for paths that do not fork; `forks` tells whether some material reflects and transmits both.
+/// Local illumination, which follows none, leaves out all that a surface mirrors and transmits;
+/// with global illumination diffuse colours weigh as mirrors do, of textures as if they were white.
 struct BranchBound {
   double error = 0.0;
   bool forks = false;
 };
-BranchBound branch_bound(const std::vector<Material>& materials);
+BranchBound branch_bound(const std::vector<Material>& materials,
+                         Illumination illumination = Illumination::recursive);
 
 /// Radiance along every valid lane of a traced packet: local light plus mirrored, refracted and
 /// straight-through light, recursively (Whitted 1980):
@@ -32,6 +38,16 @@ BranchBound branch_bound(const std::vector<Material>& materials);
 /// Snell's law has no solution the transmitted share takes the mirror direction. With an exponent
 /// I_reflected or I_refracted is the mean over a lobe about that direction, one ray a sample (Cook
 /// et al. 1984).
+///
+/// Local illumination follows no branch: what it would bring is black. With global illumination
+/// light that other surfaces and the background send joins local light, in place of ambient light:
+///
+///     diffuse * mean of I over directions with density cos/pi about the shading normal
+///
+/// one ray a sample, directions behind the face mirrored to its front; so for all it meets (Kajiya
+/// 1986). Behind the first such ray branches lighter than kCertainBranch are followed by chance and
+/// count as much more (Russian roulette, Arvo & Kirk 1990), so that only kDeepestBranch and
+/// kMostBranches cut.
 void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
            LaneColors& colors, std::uint64_t& rays) noexcept;
 
