@@ -15,7 +15,7 @@
 #include "core/build_stop.h"
 #include "core/error.h"
 #include "core/scene/half_packets.h"
-#include "core/scene/mapping.h"
+#include "core/scene/mapping_check.h"
 #include "core/scene/mesh_islands.h"
 
 namespace fstop {
@@ -104,28 +104,6 @@ void check_shape(const Object& object) {
     if (!(sphere->radius > 0.0 && sphere->radius <= kLargestCoordinate)) {
       throw Error(ErrorCode::bad_geometry, "a sphere's radius must lie in 0 to 1e7 m");
     }
-  }
-}
-
-bool gives_relief(const Material& material) {
-  return material.bump.texture >= 0 || material.normal_map.texture >= 0;
-}
-
-void check_mapping(const Object& object, const Material& material) {
-  if (maps_by_position(object.mapping)) SurfaceMap checked(object.mapping);
-  if (!gives_relief(material)) return;
-  if (std::holds_alternative<ScreenMapping>(object.mapping)) {
-    throw Error(ErrorCode::bad_geometry,
-                "material " + material.name +
-                    " has relief, which a mapping on the screen gives no direction on a surface");
-  }
-  const auto* mesh = std::get_if<MeshObject>(&object.shape);
-  const bool has_own = std::holds_alternative<OwnMapping>(object.mapping);
-  if (has_own && mesh != nullptr && mesh->mesh.uvs.empty()) {
-    throw Error(ErrorCode::bad_geometry, "mesh " + mesh->file +
-                                             " has no texture coordinates, which the relief of "
-                                             "material " +
-                                             material.name + " needs");
   }
 }
 
