@@ -153,17 +153,11 @@ class PacketTree {
     return dot(direction, face) * dot(side, face) < 0.0F ? mirrored(direction, face) : direction;
   }
 
-  // Keys of the coordinates that one turn takes: of streams that lights do not use.
+  // Keys of the coordinates that one turn takes: of a stream of its own, so that where a path turns
+  // and which point of a light it meets next are independent.
   SampleKeys keys_of(int depth, Turn turn) const {
     const auto bounce = static_cast<std::uint32_t>(depth);
-    const auto kind = static_cast<std::uint32_t>(turn);
-    // Long paths need streams that are independent of each other.
-    if (is_global_) return stream_keys(in_.keys, 0x9a74'0000U + 4U * bounce + kind);
-    SampleKeys keys = in_.keys;
-    for (std::uint32_t& pixel : keys.pixel) {
-      pixel = hash_of(pixel, 0x6105'5000U + 2U * bounce + kind);
-    }
-    return keys;
+    return stream_keys(in_.keys, 0x9a74'0000U + 4U * bounce + static_cast<std::uint32_t>(turn));
   }
 
   void draw(int depth, Turn turn, LaneValues& u, LaneValues& v) const {

@@ -2,6 +2,7 @@
 #include "core/shading/ray_tree.h"
 
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -10,7 +11,8 @@ namespace fstop {
 namespace {
 
 // Sixteen samples at once, `packets` times: the mean of what a ray from the origin sees.
-double mean_red(const Scene& scene, Vec3f direction, std::uint32_t packets) {
+double mean_red(const Scene& scene, Vec3f direction, std::uint32_t packets,
+                std::uint32_t seed = 7) {
   const RayScene ray_scene(scene);
   double sum = 0.0;
   for (std::uint32_t first = 0; first < packets; ++first) {
@@ -19,7 +21,7 @@ double mean_red(const Scene& scene, Vec3f direction, std::uint32_t packets) {
     all.fill(-1);
     for (int k = 0; k < kLanes; ++k) packet.set(k, {0, 0, 0}, normalized(direction), kFar, 0.0F);
     ray_scene.intersect(packet, all, Coherence::coherent);
-    ShadingInputs inputs{.scene = ray_scene, .sequence = SampleSequence(7)};
+    ShadingInputs inputs{.scene = ray_scene, .sequence = SampleSequence(seed)};
     for (std::uint32_t k = 0; k < kLanes; ++k) inputs.keys.index[k] = kLanes * first + k;
     LaneColors colors;
     std::uint64_t rays = 0;
@@ -118,6 +120,35 @@ TEST(Gloss, ALobeSeesTheShareOfItThatABallFills) {
     const double cosine = std::sqrt(1.0 - std::pow(0.8 / 4.0, 2));
     EXPECT_NEAR(mean_red(scene, {0, 0, -1}, 128), 1.0 - std::pow(cosine, n + 1.0), 0.02) << n;
   }
+}
+
+// A glossy mirror shows a wall behind the eye that an area light lights past a ball: which point of
+// the wall is seen and which of the light shines on it are chosen together.
+TEST(Gloss, AndAreaLightsConvergeTogether) {
+  Scene scene;
+  scene.materials = {{.model = ShadingModel::phong, .reflection = 1.0, .reflection_exponent = 8.0},
+                     {.model = ShadingModel::phong, .diffuse = {.value = {1.0F, 1.0F, 1.0F}}}};
+  scene.objects = {
+      {.shape = QuadObject{.corner = {-1, -1, -1}, .edge_u = {2, 0, 0}, .edge_v = {0, 2, 0}}},
+      {.shape = QuadObject{.corner = {-9, -9, 2}, .edge_u = {18, 0, 0}, .edge_v = {0, 18, 0}},
+       .material = 1},
+      {.shape = SphereObject{.center = {0, 0.6, 1.2}, .radius = 0.5}, .material = 1}};
+  scene.lights = {
+      {.kind = AreaLight{.corner = {-1, 1, 0}, .edge_u = {2, 0, 0}, .edge_v = {0, 1, 0}},
+       .intensity = {1, 1, 1}}};
+  constexpr int kSeeds = 24;
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    const double red = mean_red(scene, {0, 0, -1}, 256, seed);
+    sum += red / kSeeds;
+    squares += red * red / kSeeds;
+  }
+  const double deviation = std::sqrt(squares - sum * sum);
+  std::printf("glossy mirror of an area light's shadow: %.4f, deviation %.5f\n", sum, deviation);
+  // 4096 independent samples between 0 and 1 deviate by at most 0.5/sqrt(4096) = 0.0078, nets by
+  // less; where one choice is a function of the other it stays at 0.03, however many samples.
+  EXPECT_LT(deviation, 0.0078);
 }
 
 TEST(Gloss, WithoutAnExponentAMirrorIsOne) {
