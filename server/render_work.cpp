@@ -59,7 +59,8 @@ std::shared_ptr<StoredRender> RenderWork::render(const RenderTask& task,
 
 WorkerResult RenderWork::made(const RenderTask& task, const RenderQueue::Turn& turn) {
   SimulationSpec spec = task.request->spec;
-  spec.outputs = api::layers_needed(ImageFormat::exr, spec.outputs);
+  // What is kept may be asked for as EXR later; what is made against the clock is not kept.
+  spec.outputs = api::layers_needed(task.is_kept() ? ImageFormat::exr : task.format, spec.outputs);
   return services_.crew != nullptr ? made_apart(task, spec, turn) : made_here(task, spec, turn);
 }
 

@@ -163,6 +163,30 @@ TEST(Queue, RendersThatFailAreProblemsAndTheServerGoesOn) {
   EXPECT_EQ(ask(server.port(), "GET", "/readyz").status, 200);
 }
 
+// What is made against the clock is not kept, so that nobody asks for it as EXR later.
+TEST(Queue, DepthAndBlurAreMadeForWhatIsKeptOrAskedForAsExr) {
+  std::vector<std::vector<Output>> made;
+  TestServer::Options options;
+  options.simulate = [&](const SimulationSpec& spec, const RayScene&, const RunControl&) {
+    made.push_back(spec.outputs);
+    return Photograph{.color = Image(spec.width, spec.height, 3)};
+  };
+  TestServer server(options);
+  const auto post = [&](const std::string& quality, const std::string& accepted) {
+    const std::string request = R"({"scene": "tiny", "camera": {"lens": {"f_number": 2}},
+        "image": {"width": 48, "height": 32}, "quality": )" +
+                                quality + "}";
+    EXPECT_EQ(ask(server.port(), "POST", "/v1/renders", {{"Accept", accepted}}, request).status,
+              200);
+    return made.back();
+  };
+  const std::vector<Output> with_layers = {Output::color, Output::depth, Output::coc};
+  const std::string in_time = R"({"max_time_ms": 50})";
+  EXPECT_EQ(post("{}", "image/jpeg"), with_layers);
+  EXPECT_EQ(post(in_time, "image/jpeg"), std::vector{Output::color});
+  EXPECT_EQ(post(in_time, "image/x-exr"), with_layers);
+}
+
 TEST(Queue, RendersPastTheirTimeAreStoppedWith504) {
   TestServer::Options options;
   options.limits.render_time = 50ms;
