@@ -15,6 +15,11 @@ function text_of(component) {
   return component.evaluate((host) => host.shadowRoot.textContent.replace(/\s+/g, " "));
 }
 
+/// Until the plot of this caption is there: the one before is shown until then.
+function shows_plot(page, caption) {
+  return eventually(() => page.locator("fstop-plot figcaption").innerText(), (text) => caption.test(text));
+}
+
 /// The table of the plot that is shown: an object for each row.
 async function table_of(page) {
   await page.locator("fstop-plot:not(.dim) svg.plot").waitFor({ timeout: kPicture_ms });
@@ -102,6 +107,7 @@ describe("plots", { timeout: 600_000 }, () => {
     await open(shared, kDraft.replace("1.4", "16").replace("#", "#subject_m=1.5&"));
     await open_tab(page, "Plots");
     await choose(page, "Contrast (MTF)");
+    await shows_plot(page, /Contrast that is left/);
     const { head, rows } = await table_of(page);
     assert.match(head[1], /1\.5\s*m/);
     const n = 16 * (1 + 50 / 1950);
@@ -118,6 +124,7 @@ describe("plots", { timeout: 600_000 }, () => {
     await open(shared, "#scene=pinhole-series&camera=pinhole&diameter_mm=0.35&subject_m=2&max_error=0.05");
     await open_tab(page, "Plots");
     await choose(page, "Pinhole size");
+    await shows_plot(page, /Spot of a point/);
     const best = async () => {
       const { rows } = await table_of(page);
       const [first, last] = [rows[0], rows.at(-1)];
@@ -131,7 +138,7 @@ describe("plots", { timeout: 600_000 }, () => {
     assert.ok(Math.abs(green / wanted(550) - 1) < 0.3, `${green}`);
     assert.equal(await page.locator("fstop-plot text.mark").count(), 3);
     await choose(page, "450");
-    await eventually(() => page.locator("fstop-plot figcaption").innerText(), (t) => /450/.test(t));
+    await shows_plot(page, /450/);
     assert.ok((await best()) <= green);
     await page.getByRole("button", { name: /row of holes/ }).click();
     const row = page.locator("fstop-pinhole-row .row[aria-busy=false] img");
