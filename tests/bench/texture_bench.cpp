@@ -22,9 +22,10 @@ struct Case {
   const char* name = "";
   TextureFilter filter = TextureFilter::bilinear;
 };
-constexpr std::array<Case, 5> kCases = {{{"nearest", TextureFilter::nearest},
+constexpr std::array<Case, 6> kCases = {{{"nearest", TextureFilter::nearest},
                                          {"brute-force", TextureFilter::brute_force},
                                          {"mipmap", TextureFilter::mipmap},
+                                         {"anisotropic", TextureFilter::anisotropic},
                                          {"summed-area", TextureFilter::summed_area},
                                          {"stochastic", TextureFilter::stochastic}}};
 
