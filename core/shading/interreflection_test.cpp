@@ -1,6 +1,8 @@
 // Local, recursive and global illumination: what a surface shows of all others' light.
 #include <cmath>
+#include <cstdio>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -111,6 +113,31 @@ TEST(Interreflection, FurnaceIsTheGeometricSeries) {
         global_radiance(hollow_sphere(diffuse(albedo, 0.4)), {0.1F, 0.2F, 0}, {1, 0.3F, -0.2F}),
         expected);
   }
+}
+
+// A surface that both scatters and mirrors sends on what it would if it did one of them: its
+// branches must live and die independently, or light would hide in few samples.
+TEST(Interreflection, FurnaceOfDiffuseMirrorsIsTheSameSeries) {
+  for (const auto& [albedo, reflection] : {std::pair{0.5, 0.4}, {0.7, 0.2}, {0.3, 0.5}}) {
+    Material material = diffuse(albedo, 0.1);
+    material.reflection = reflection;
+    const double expected = 0.1 / (1.0 - albedo - reflection);
+    const Estimate seen = global_radiance(box(material), {0.1F, 0.2F, 0}, {1, 0.3F, -0.2F}, 1024);
+    std::printf("diffuse %.1f, mirrored %.1f: %.4f of %.1f, standard error %.4f\n", albedo,
+                reflection, seen.mean, expected, seen.error);
+    // Mirrors before the first diffuse bounce are cut below kSmallestBranch: less than 0.001 in
+    // all.
+    EXPECT_NEAR(seen.mean, expected, 3.0 * seen.error + 0.001 * expected);
+    EXPECT_LT(seen.error, 0.01 * expected);
+  }
+}
+
+// More light than falls on it counts as all of it: otherwise it would have no end.
+TEST(Interreflection, ColoursAboveOneCountAsOne) {
+  const auto seen = [](double albedo) {
+    return global_radiance(box(diffuse(albedo, 0.1)), {0.1F, 0.2F, 0}, {1, 0.3F, -0.2F}, 64).mean;
+  };
+  EXPECT_EQ(seen(1e6), seen(1.0));
 }
 
 // The same light by lights instead of emission: reflected once at each wall, it goes on.

@@ -16,6 +16,19 @@ alignas(64) constexpr LaneFloats kNoPath = {};
 // Where a branch leads.
 enum class Turn : std::uint32_t { mirrored, onwards, scattered };
 
+// How a packet came to where it is.
+struct Way {
+  int depth = 0;
+  // Of all turns: branches of one depth decide independently. Where they shared their chances, all
+  // would live or die together, and few samples would hold most of the light.
+  std::uint32_t turns = 0x9a74'0000U;
+  bool scattered = false;  // a diffuse surface lies before
+
+  Way after(Turn turn, bool by_chance) const {
+    return {depth + 1, hash_of(turns, static_cast<std::uint32_t>(turn)), by_chance};
+  }
+};
+
 // The packets of one tree of rays: every lane follows its own sample, all lanes bounce together.
 class PacketTree {
  public:
@@ -26,13 +39,13 @@ class PacketTree {
         deepest_(in.illumination == Illumination::local ? in.depth : kDeepestBranch) {}
 
   // The whole light along every valid lane of a traced packet. `weight`: how much a lane's light
-  // still counts; `path_length`: metres before this packet; `scattered`: behind a diffuse bounce.
+  // still counts; `path_length`: metres before this packet.
   void shade(const RayPacket& packet, const LaneMask& valid, const LaneFloats& weight,
-             const LaneFloats& path_length, int depth, bool scattered, LaneColors& colors) {
+             const LaneFloats& path_length, const Way& way, LaneColors& colors) {
     LaneSurfaces surfaces;
     LaneColors diffuse;
     ShadingInputs inputs = in_;
-    inputs.depth = depth;
+    inputs.depth = way.depth;
     shade_locally(inputs, packet, valid, path_length, surfaces, colors, rays_,
                   is_global_ ? &diffuse : nullptr);
     Shares shares;
@@ -40,7 +53,7 @@ class PacketTree {
     if (!branches && !is_global_) return;
     alignas(64) LaneFloats length;
     for (std::size_t k = 0; k < kLanes; ++k) length[k] = path_length[k] + packet.far[k];
-    const Bounce from{packet, surfaces, weight, length, depth, scattered};
+    const Bounce from{packet, surfaces, weight, length, way};
     if (is_global_) scatter(from, diffuse, shares.kept, colors);
     if (shares.any_reflection) {
       LaneColors light;
@@ -82,8 +95,7 @@ class PacketTree {
     const LaneSurfaces& surfaces;
     const LaneFloats& weight;
     const LaneFloats& path_length;
-    int depth = 0;
-    bool scattered = false;  // a diffuse surface lies before
+    Way way = {};
   };
 
   bool shares_of(const RayPacket& packet, const LaneSurfaces& surfaces, Shares& shares) const {
@@ -138,7 +150,7 @@ class PacketTree {
       const auto& lobe = in_.scene.material(from.surfaces.material[k]).*exponent;
       if (!lobe) continue;
       if (!drawn) {
-        draw(from.depth, turn, u, v);
+        draw(from.way, turn, u, v);
         drawn = true;
       }
       const Vec3f ideal = normalized(directions.get(k));
@@ -155,30 +167,33 @@ class PacketTree {
 
   // Keys of the coordinates that one turn takes: of a stream of its own, so that where a path turns
   // and which point of a light it meets next are independent.
-  SampleKeys keys_of(int depth, Turn turn) const {
-    const auto bounce = static_cast<std::uint32_t>(depth);
-    return stream_keys(in_.keys, 0x9a74'0000U + 4U * bounce + static_cast<std::uint32_t>(turn));
+  SampleKeys keys_of(const Way& way, Turn turn) const {
+    return stream_keys(in_.keys, hash_of(way.turns, static_cast<std::uint32_t>(turn)));
   }
 
-  void draw(int depth, Turn turn, LaneValues& u, LaneValues& v) const {
-    const SampleKeys keys = keys_of(depth, turn);
+  void draw(const Way& way, Turn turn, LaneValues& u, LaneValues& v) const {
+    const SampleKeys keys = keys_of(way, turn);
     in_.sequence.fill(keys, Dimension::light_u, u);
     in_.sequence.fill(keys, Dimension::light_v, v);
   }
 
   // Adds what all other surfaces send to the diffuse colours `diffuse`, which a sheet keeps a part
   // of.
-  void scatter(const Bounce& from, const LaneColors& diffuse, const LaneFloats& kept,
+  void scatter(const Bounce& from, LaneColors& diffuse, const LaneFloats& kept,
                LaneColors& colors) {
     alignas(64) LaneFloats share;
     bool any = false;
     for (std::size_t k = 0; k < kLanes; ++k) {
+      // Above 1 light would grow with every bounce, without end.
+      diffuse.r[k] = std::min(diffuse.r[k], 1.0F);
+      diffuse.g[k] = std::min(diffuse.g[k], 1.0F);
+      diffuse.b[k] = std::min(diffuse.b[k], 1.0F);
       share[k] = kept[k] * std::max({diffuse.r[k], diffuse.g[k], diffuse.b[k]});
       any = any || share[k] > 0.0F;
     }
     if (!any) return;
     LaneValues u, v;
-    draw(from.depth, Turn::scattered, u, v);
+    draw(from.way, Turn::scattered, u, v);
     Directions directions;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (!(share[k] > 0.0F)) continue;
@@ -223,12 +238,12 @@ class PacketTree {
     RayPacket packet;
     alignas(64) LaneMask valid = {};
     alignas(64) LaneFloats weight = {};
-    const bool by_chance = is_global_ && (from.scattered || turn == Turn::scattered);
+    const bool by_chance = is_global_ && (from.way.scattered || turn == Turn::scattered);
     bool any = false;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (from.surfaces.material[k] < 0 || !(share[k] > 0.0F)) continue;
       weight[k] = from.weight[k] * share[k];
-      const bool counts = (by_chance || weight[k] >= kSmallestBranch) && from.depth < deepest_;
+      const bool counts = (by_chance || weight[k] >= kSmallestBranch) && from.way.depth < deepest_;
       if (!counts || ++branches_[k] > kMostBranches) {
         if (in_.cut != nullptr) (*in_.cut)[k] += weight[k];
         continue;
@@ -237,7 +252,7 @@ class PacketTree {
       any = true;
     }
     alignas(64) LaneFloats gain;
-    if (any && by_chance) any = play_roulette(from.depth, turn, valid, weight, gain);
+    if (any && by_chance) any = play_roulette(from.way, turn, valid, weight, gain);
     if (!any) return;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] == 0) continue;
@@ -249,7 +264,7 @@ class PacketTree {
       packet.set(static_cast<int>(k), origin, direction, kFar, from.packet.time[k]);
     }
     in_.scene.intersect(packet, valid, Coherence::incoherent);
-    shade(packet, valid, weight, from.path_length, from.depth + 1, by_chance, light);
+    shade(packet, valid, weight, from.path_length, from.way.after(turn, by_chance), light);
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] == 0) light.set(static_cast<int>(k), {0, 0, 0});
     }
@@ -258,7 +273,7 @@ class PacketTree {
 
   // Ends light branches by chance; those that stay weigh kCertainBranch, and `gain` is what their
   // light counts more. False where all lanes have ended.
-  bool play_roulette(int depth, Turn turn, LaneMask& valid, LaneFloats& weight,
+  bool play_roulette(const Way& way, Turn turn, LaneMask& valid, LaneFloats& weight,
                      LaneFloats& gain) const {
     gain.fill(1.0F);
     bool any_light = false;
@@ -266,7 +281,7 @@ class PacketTree {
       any_light = any_light || (valid[k] != 0 && weight[k] < kCertainBranch);
     }
     if (!any_light) return true;
-    const SampleKeys keys = keys_of(depth, turn);
+    const SampleKeys keys = keys_of(way, turn);
     bool any = false;
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] != 0 && weight[k] < kCertainBranch) {
@@ -314,7 +329,7 @@ void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& val
   }
   alignas(64) LaneFloats weight;
   weight.fill(1.0F);
-  PacketTree(in, rays).shade(packet, valid, weight, kNoPath, in.depth, false, colors);
+  PacketTree(in, rays).shade(packet, valid, weight, kNoPath, {.depth = in.depth}, colors);
 }
 
 BranchBound branch_bound(const std::vector<Material>& materials, Illumination illumination) {
