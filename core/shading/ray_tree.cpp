@@ -343,7 +343,8 @@ BranchBound branch_bound(const std::vector<Material>& materials, Illumination il
     double heaviest = std::max(reflection, transmission);
     if (illumination == Illumination::global && material.model != ShadingModel::unlit) {
       const Rgb& diffuse = material.diffuse.value;
-      heaviest = std::max(heaviest, double{std::max({diffuse[0], diffuse[1], diffuse[2]})});
+      const double albedo = std::min(1.0, double{std::max({diffuse[0], diffuse[1], diffuse[2]})});
+      heaviest = std::max(heaviest, albedo);  // as scatter() counts it
     }
     const double left =
         is_local ? reflection + transmission : std::pow(heaviest, double{kDeepestBranch});

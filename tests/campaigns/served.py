@@ -106,23 +106,18 @@ class Served:
             found.extend(child for child, parent in parents.items() if parent == process)
         return found
 
-    def memory(self) -> int:
-        """Bytes in memory, a page that processes share counted once."""
+    def memory(self, kind: str = "Pss") -> int:
+        """Bytes in memory, a page that processes share counted once; or of another kind of smaps_rollup."""
         total = 0
         for process in self.processes():
             with contextlib.suppress(OSError):
                 text = Path(f"/proc/{process}/smaps_rollup").read_text()
-                total += 1024 * int(re.search(r"^Pss:\s+(\d+)", text, re.MULTILINE)[1])
+                total += 1024 * int(re.search(rf"^{kind}:\s+(\d+)", text, re.MULTILINE)[1])
         return total
 
     def own_memory(self) -> int:
         """Bytes in memory that no file backs: heaps and stacks, not the pages of libraries."""
-        total = 0
-        for process in self.processes():
-            with contextlib.suppress(OSError):
-                text = Path(f"/proc/{process}/smaps_rollup").read_text()
-                total += 1024 * int(re.search(r"^Anonymous:\s+(\d+)", text, re.MULTILINE)[1])
-        return total
+        return self.memory("Anonymous")
 
     def descriptors(self) -> int:
         total = 0
