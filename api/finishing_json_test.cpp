@@ -82,7 +82,7 @@ TEST(Finishing, EachFaultIsToldAtItsMember) {
   const Case cases[] = {
       {R"({"halftone": 3})", "{}", "#/image/halftone", "object"},
       {R"({"halftone": {"method": "dots"}})", "{}", "#/image/halftone/method", "clustered-dot"},
-      {R"({"halftone": {"cell_px": 1}})", "{}", "#/image/halftone/cell_px", "2 to 16"},
+      {R"({"halftone": {"cell_px": 1}})", "{}", "#/image/halftone/cell_px", "2 px to 16 px"},
       {R"({"halftone": {"cell_px": 4.5}})", "{}", "#/image/halftone/cell_px", "whole"},
       {R"({"halftone": {"method": "dispersed-dot", "cell_px": 5}})", "{}",
        "#/image/halftone/cell_px", "2, 3, 4"},
@@ -104,7 +104,7 @@ TEST(Finishing, EachFaultIsToldAtItsMember) {
        "1024"},
       {"{}", R"({"samples": 16, "sampling": {"light": "jittered"}})", "#/quality/sampling/light",
        "unknown"},
-      {"{}", R"({"texture_width_px": -1})", "#/quality/texture_width_px", "0 to 64"},
+      {"{}", R"({"texture_width_px": -1})", "#/quality/texture_width_px", "0 px to 64 px"},
   };
   for (const Case& c : cases) {
     const FieldFault fault = fault_of(with(c.image, c.quality));

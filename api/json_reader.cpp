@@ -22,6 +22,16 @@ std::string with_unit(double number, std::string_view unit) {
   return text;
 }
 
+// The unit that a number's name ends in, as messages say it; empty for pure numbers.
+std::string_view unit_of(std::string_view key) {
+  constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
+      {"_m_s", "m/s"}, {"_deg", "degrees"}, {"_px", "px"}, {"_ms", "ms"}, {"_s", "s"}, {"_m", "m"}};
+  for (const auto& [suffix, unit] : kUnits) {
+    if (key.ends_with(suffix)) return unit;
+  }
+  return "";
+}
+
 std::string range_text(Range range, std::string_view unit) {
   return "must lie in " + with_unit(range.min, unit) + " to " + with_unit(range.max, unit);
 }
@@ -82,8 +92,8 @@ double ObjectReader::checked(const json& member, const std::string& where, Range
 
 double ObjectReader::number(std::string_view key, Range range, std::optional<double> fallback) {
   const json* member = value(key, !fallback);
-  const double number =
-      member == nullptr ? fallback.value_or(range.min) : checked(*member, pointer(key), range, "");
+  const double number = member == nullptr ? fallback.value_or(range.min)
+                                          : checked(*member, pointer(key), range, unit_of(key));
   normal(key) = normal_number(number);
   return number;
 }
@@ -101,7 +111,7 @@ std::int64_t ObjectReader::integer(std::string_view key, std::int64_t min, std::
   if (member != nullptr) {
     // Compared as a double: get<int>() would map 2^32 to 0 and true to 1. Limits are below 2^53.
     const Range range{static_cast<double>(min), static_cast<double>(max)};
-    const double number = checked(*member, pointer(key), range, "");
+    const double number = checked(*member, pointer(key), range, unit_of(key));
     if (number != std::floor(number)) fault(key, "must be a whole number, got " + echo(*member));
     result = static_cast<std::int64_t>(number);
   }

@@ -55,6 +55,23 @@ TEST(JsonReader, ConvertsNoValueToANumber) {
   }
 }
 
+TEST(JsonReader, NamesTheUnitThatAMembersNameEndsIn) {
+  const std::pair<std::string, std::string> rows[] = {
+      {"shutter_s", "must lie in 1 s to 2 s"},
+      {"scale_m", "must lie in 1 m to 2 m"},
+      {"velocity_m_s", "must lie in 1 m/s to 2 m/s"},
+      {"max_time_ms", "must lie in 1 ms to 2 ms"},
+      {"cell_px", "must lie in 1 px to 2 px"},
+      {"angle_deg", "must lie in 1 degrees to 2 degrees"},
+      {"samples", "must lie in 1 to 2"}};
+  for (const auto& [key, detail] : rows) {
+    const Reading result = reading("{\"" + key + "\": 3}", [&key](ObjectReader& root) {
+      root.number(key, {1.0, 2.0});
+    });
+    EXPECT_EQ(only_detail(result), detail);
+  }
+}
+
 TEST(JsonReader, TakesWholeNumbersHoweverWritten) {
   const auto integer = [](const std::string& number) {
     std::int64_t value = -1;
