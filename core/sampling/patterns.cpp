@@ -37,7 +37,6 @@ using Point = std::array<double, 2>;
 double distance_of(const Point& a, const Point& b) {
   return std::hypot(around(a[0] - b[0]), around(a[1] - b[1]));
 }
-double distance_of(double a, double b) { return around(a - b); }
 
 double densest_distance(std::size_t count) {
   return std::sqrt(2.0 / (std::numbers::sqrt3 * static_cast<double>(count)));
@@ -53,17 +52,56 @@ void require_count(int count) {
   throw Error(ErrorCode::outside_domain, "the low-discrepancy sequence is no set of points");
 }
 
+// Points on the unit torus, sorted into square cells no smaller than `reach`.
+class Neighbourhood {
+ public:
+  explicit Neighbourhood(double reach)
+      : cells_(std::clamp(static_cast<int>(1.0 / reach), 1, kMostCells)),
+        members_(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_)) {}
+
+  void add(const Point& point) {
+    members_[cell(index(point[0]), index(point[1]))].push_back(point);
+  }
+
+  /// Whether one lies nearer than `radius`, at most `reach`.
+  bool has_near(const Point& point, double radius) const {
+    for (int row = -1; row <= 1; ++row) {
+      for (int column = -1; column <= 1; ++column) {
+        const auto& others = members_[cell(index(point[0]) + column, index(point[1]) + row)];
+        if (std::ranges::any_of(
+                others, [&](const Point& other) { return distance_of(point, other) < radius; }))
+          return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static constexpr int kMostCells = 64;  // along each side: points on a line need no more
+
+  int index(double coordinate) const {
+    return std::min(cells_ - 1, static_cast<int>(coordinate * cells_));
+  }
+  std::size_t cell(int column, int row) const {
+    const auto around_edge = [&](int i) { return static_cast<std::size_t>((i + cells_) % cells_); };
+    return around_edge(row) * static_cast<std::size_t>(cells_) + around_edge(column);
+  }
+
+  int cells_;  // along each side
+  std::vector<std::vector<Point>> members_;
+};
+
 // Darts that keep `radius`, which shrinks where they find no place.
 template <typename Dart>
-auto spread_darts(int count, double radius, const Dart& dart) {
-  std::vector<decltype(dart())> points;
+std::vector<Point> spread_darts(int count, double radius, const Dart& dart) {
+  std::vector<Point> points;
+  Neighbourhood neighbours(radius);
   int misses = 0;
   while (static_cast<int>(points.size()) < count) {
-    const auto point = dart();
-    const bool near = std::ranges::any_of(
-        points, [&](const auto& other) { return distance_of(point, other) < radius; });
-    if (!near) {
+    const Point point = dart();
+    if (!neighbours.has_near(point, radius)) {
       points.push_back(point);
+      neighbours.add(point);
       misses = 0;
     } else if (++misses > kDartsPerPoint * count) {
       radius *= kShrink;
@@ -126,7 +164,11 @@ std::vector<double> pattern_times(SamplePattern pattern, int count, std::uint32_
       for (int i = 0; i < count; ++i) times.push_back(random());
       return times;
     case SamplePattern::poisson_disc:
-      return spread_darts(count, kFirstRadius / count, [&] { return random(); });
+      for (const Point& point : spread_darts(count, kFirstRadius / count, [&] {
+             return Point{random(), 0.0};
+           }))
+        times.push_back(point[0]);
+      return times;
     case SamplePattern::low_discrepancy:
       break;
   }
