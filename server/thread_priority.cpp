@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <sched.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -16,13 +15,15 @@ constexpr std::chrono::nanoseconds kLongSlice = 3ms;     // about the kernel's o
 constexpr std::chrono::nanoseconds kShortSlice = 100us;  // the shortest the kernel gives
 
 // As the kernel has it (sched_setattr(2)); glibc 2.36 has no declaration of its own.
+constexpr std::uint64_t kKeepPolicy = 0x08;  // SCHED_FLAG_KEEP_POLICY, since Linux 5.3
+
 struct SchedulingAttributes {
   std::uint32_t size = sizeof(SchedulingAttributes);
-  std::uint32_t policy = SCHED_OTHER;
-  std::uint64_t flags = 0;
+  std::uint32_t policy = 0;  // kept as it is, with this flag
+  std::uint64_t flags = kKeepPolicy;
   std::int32_t niceness = 0;
   std::uint32_t priority = 0;
-  std::uint64_t slice_ns = 0;  // "runtime", which means this for SCHED_OTHER since Linux 6.12
+  std::uint64_t slice_ns = 0;  // "runtime", which means this for ordinary threads since Linux 6.12
   std::uint64_t deadline_ns = 0;
   std::uint64_t period_ns = 0;
 };
