@@ -10,15 +10,15 @@
 namespace {
 
 constexpr std::size_t kPage = std::size_t{2} << 20;
-// Less than this would waste more than it gains: the last page is half empty on average.
-constexpr std::size_t kLarge = 2 * kPage;
 
+// Of the last page half at least is used, else small pages serve for what it would hold.
 void* large(std::size_t size) noexcept {
   const std::size_t whole = (size + kPage - 1) / kPage * kPage;
   if (whole < size) return nullptr;
   void* memory = std::aligned_alloc(kPage, whole);
+  const std::size_t on_large = (size + kPage / 2) / kPage * kPage;
   // Advice: where the kernel has no such pages the small ones serve.
-  if (memory != nullptr) ::madvise(memory, whole, MADV_HUGEPAGE);
+  if (memory != nullptr) ::madvise(memory, on_large, MADV_HUGEPAGE);
   return memory;
 }
 
@@ -26,7 +26,7 @@ void* large(std::size_t size) noexcept {
 
 void* operator new(std::size_t size) {
   while (true) {
-    void* memory = size >= kLarge ? large(size) : std::malloc(size == 0 ? 1 : size);
+    void* memory = size >= kPage ? large(size) : std::malloc(size == 0 ? 1 : size);
     if (memory != nullptr) return memory;
     const std::new_handler handler = std::get_new_handler();
     if (handler == nullptr) throw std::bad_alloc();
