@@ -45,14 +45,14 @@ export class LatestTask<Input> {
     const waited_ms = now_ms - this.waiting_since_ms_;
     const rest_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
     // What waits for the run under way need not wait for the hand to rest too.
-    const wait_ms = urgency === "patient" || is_alone ? 0 : rest_ms;
-    clearTimeout(this.timer_);
-    this.timer_ = setTimeout(() => void this.start_(), wait_ms);
+    this.start_in_(urgency === "patient" || is_alone ? 0 : rest_ms);
   }
 
-  /// Makes the input that waits urgent, if one waits.
+  /// Makes the input that waits urgent, if one waits: the hand that has let go is at rest.
   hurry(): void {
-    if (this.next_ !== undefined) this.submit(this.next_.input);
+    if (this.next_ === undefined) return;
+    this.next_.urgency = "urgent";
+    this.start_in_(0);
   }
 
   /// Drops what waits and aborts what runs.
@@ -61,6 +61,11 @@ export class LatestTask<Input> {
     this.next_ = undefined;
     this.waiting_since_ms_ = undefined;
     this.current_?.abort.abort();
+  }
+
+  private start_in_(wait_ms: number): void {
+    clearTimeout(this.timer_);
+    this.timer_ = setTimeout(() => void this.start_(), wait_ms);
   }
 
   private async start_(): Promise<void> {

@@ -48,6 +48,14 @@ describe("latest task", () => {
     expect(runs.map((run) => run.input)).toEqual([1, 2]);
   });
 
+  it("starts at once for a key: held and let go in one moment", async () => {
+    const { task, runs } = watched_task(10);
+    task.submit(1, "patient");
+    task.hurry();
+    await vi.advanceTimersByTimeAsync(0);
+    expect(runs.map((run) => run.input)).toEqual([1]);
+  });
+
   it("aborts the stale run and starts the newest input, one at a time", async () => {
     const { task, runs, seen } = watched_task(1000);
     task.submit(1);
