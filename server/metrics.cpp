@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+#include <malloc.h>
 #include <unistd.h>
 
 namespace fstop::server {
@@ -140,8 +141,12 @@ std::string process_metrics() {
   std::error_code ec;
   const auto descriptors = std::distance(std::filesystem::directory_iterator("/proc/self/fd", ec),
                                          std::filesystem::directory_iterator());
+  const struct mallinfo2 heap = ::mallinfo2();
   return metric_lines("process_resident_memory_bytes", "gauge", "Resident memory.",
                       resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE))) +
+         metric_lines("fstop_heap_in_use_bytes", "gauge",
+                      "Memory that this process has asked for and not given back.",
+                      static_cast<double>(heap.uordblks + heap.hblkhd)) +
          metric_lines("process_cpu_seconds_total", "counter", "Processor time of all threads.",
                       static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec)) +
          metric_lines("process_open_fds", "gauge", "Open file descriptors.",

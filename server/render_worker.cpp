@@ -7,6 +7,7 @@
 #include <deque>
 #include <fcntl.h>
 #include <list>
+#include <malloc.h>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -30,6 +31,7 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kBetweenProgress = std::chrono::milliseconds(10);
+constexpr auto kLongIdle = std::chrono::seconds(1);  // then memory is given back
 
 double processor_ms() {
   std::timespec time = {};
@@ -116,7 +118,13 @@ class RenderWorker {
 
   Message next_job() {
     std::unique_lock lock(mutex_);
-    job_there_.wait(lock, [this] { return job_.has_value(); });
+    const auto has_job = [this] { return job_.has_value(); };
+    if (!job_there_.wait_for(lock, kLongIdle, has_job)) {
+      lock.unlock();
+      ::malloc_trim(0);  // what a large picture has left
+      lock.lock();
+      job_there_.wait(lock, has_job);
+    }
     Message message = std::move(*job_);
     job_.reset();
     return message;

@@ -62,6 +62,14 @@ def endless(seed: int) -> dict:
     return render(seed, 1920, 1280, quality={"samples": 800, "method": "lens-sampling"})
 
 
+def memory_of(process: int, kind: str) -> int:
+    """Bytes of a kind of smaps_rollup; 0 for a process that has gone."""
+    with contextlib.suppress(OSError):
+        text = Path(f"/proc/{process}/smaps_rollup").read_text()
+        return 1024 * int(re.search(rf"^{kind}:\s+(\d+)", text, re.MULTILINE)[1])
+    return 0
+
+
 class Served:
     """`fstop serve` with a data directory of its own, which holds the scene "tiny"."""
 
@@ -108,16 +116,12 @@ class Served:
 
     def memory(self, kind: str = "Pss") -> int:
         """Bytes in memory, a page that processes share counted once; or of another kind of smaps_rollup."""
-        total = 0
-        for process in self.processes():
-            with contextlib.suppress(OSError):
-                text = Path(f"/proc/{process}/smaps_rollup").read_text()
-                total += 1024 * int(re.search(rf"^{kind}:\s+(\d+)", text, re.MULTILINE)[1])
-        return total
+        return sum(memory_of(process, kind) for process in self.processes())
 
-    def own_memory(self) -> int:
-        """Bytes in memory that no file backs: heaps and stacks, not the pages of libraries."""
-        return self.memory("Anonymous")
+    def memory_asked_for(self) -> int:
+        """Bytes that the server has asked for and not given back, and pages of its workers that no file backs."""
+        workers = sum(memory_of(process, "Anonymous") for process in self.processes()[1:])
+        return int(self.metric("fstop_heap_in_use_bytes")) + workers
 
     def descriptors(self) -> int:
         total = 0

@@ -15,7 +15,7 @@ from served import (MEBIBYTE, OPTICS, arguments, ask, connect, endless, load, re
 CLIENTS = 6
 ALLOWED = MEBIBYTE  # in ten minutes
 ROUND_S = 20.0
-REST_S = 0.5
+REST_S = 1.5  # idle workers give memory back after a second
 
 
 class Load:
@@ -141,7 +141,7 @@ def main() -> None:
         def memory() -> int:
             server.wait_until_idle()
             time.sleep(REST_S)
-            return server.own_memory()
+            return server.memory_asked_for()
         clients = [threading.Thread(target=client, args=(number,), daemon=True) for number in range(CLIENTS)]
         start = time.monotonic()
         for thread in clients:
