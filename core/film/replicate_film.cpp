@@ -93,6 +93,12 @@ void ReplicateFilm::set_extra(int replicate, Image light) {
   extra_[static_cast<std::size_t>(replicate)] = std::move(light);
 }
 
+void ReplicateFilm::add_extra(int replicate, const Image& light) {
+  Image& extra = extra_[static_cast<std::size_t>(replicate)];
+  if (extra.empty()) return set_extra(replicate, light);
+  for (std::size_t i = 0; i < extra.pixels().size(); ++i) extra.pixels()[i] += light.pixels()[i];
+}
+
 FSTOP_KERNEL void ReplicateFilm::values(std::size_t r, std::size_t block,
                                         Lanes& values) const noexcept {
   const std::uint32_t count = counts_[r][block];

@@ -41,6 +41,8 @@ class ReplicateFilm {
 
   /// Light of a replicate beside its samples, 3 channels; replaces what was there.
   void set_extra(int replicate, Image light);
+  /// More of it, beside what is there.
+  void add_extra(int replicate, const Image& light);
 
   /// How fast a replicate's block converges by its own samples: V of the law that the mean squared
   /// error, values clipped to [0,1], is V n^-kNetOrder. Negative before a second pass.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/render/allocation.h"
+#include "core/render/light_tracing.h"
 #include "core/render/sample_loop.h"
 #include "core/render/sharing.h"
 #include "core/render/splatted_light.h"
@@ -171,7 +172,9 @@ std::uint32_t pilot_samples(double max_error) {
 
 class Rounds {
  public:
-  Rounds(Picture& picture, const Shot& shot, double bias, Sharing* sharing, const RunControl& run)
+  // `carried_mse`: noise of the picture that samples do not lower.
+  Rounds(Picture& picture, const Shot& shot, double bias, double carried_mse, Sharing* sharing,
+         const RunControl& run)
       : picture_(picture),
         quality_(shot.quality),
         seed_(shot.seed),
@@ -180,7 +183,10 @@ class Rounds {
         sharing_(sharing),
         run_(run),
         // Where the omissions alone pass the target, noise is brought down to it all the same.
-        goal_(std::pow(quality_.max_error, 2) - (bias < quality_.max_error ? bias * bias : 0.0)) {}
+        // Twice the carried light's noise leaves as much for that of the samples.
+        goal_(std::max(
+            std::pow(quality_.max_error, 2) - (bias < quality_.max_error ? bias * bias : 0.0),
+            2.0 * carried_mse)) {}
 
   void run() {
     pilot();
@@ -346,13 +352,17 @@ NoiseEstimate trace_exactly(Picture& picture, std::uint32_t samples, Sharing* sh
   return sharing->judged(picture.film(), raw, raw.mse).noise;
 }
 
-// Splats are cheap beside samples: they get a tenth of the error, and at most as many points as a
-// forced or timed render traces samples.
-void add_splats(const QualitySpec& quality, SplattedLight& light, Picture& picture,
-                const RunControl& run) {
-  const double pixels = double(kBlockPixels) * static_cast<double>(picture.film().grid().count());
-  const double free = quality.max_time_ms ? pixels : 4e8;
-  light.splat(0.1 * std::pow(quality.max_error, 2), free, picture.film(), run);
+// What comes from the light is cheap beside samples: it gets a tenth of the error, and at most as
+// many points as a forced or timed render traces samples.
+double forward_goal(const QualitySpec& quality) { return 0.1 * std::pow(quality.max_error, 2); }
+double most_forward(const QualitySpec& quality, const ReplicateFilm& film) {
+  const double pixels = double(kBlockPixels) * static_cast<double>(film.grid().count());
+  return quality.max_time_ms ? pixels : 4e8;
+}
+// Paths from lamps may all miss the picture, however many there are.
+double most_carried(const QualitySpec& quality, const ReplicateFilm& film) {
+  const double pixels = double(kBlockPixels) * static_cast<double>(film.grid().count());
+  return quality.max_time_ms ? pixels : std::min(4e8, 4096.0 * pixels);
 }
 
 }  // namespace
@@ -365,8 +375,12 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
   std::optional<SplattedLight> light;
   if (means.splats != nullptr) {
     light.emplace(*means.splats);
-    add_splats(shot.quality, *light, picture, run);
+    light->splat(forward_goal(shot.quality), most_forward(shot.quality, picture.film()),
+                 picture.film(), run);
   }
+  const CarriedLight carried = carry_light(
+      {.rays = source, .aims = light_aims(source.scene, shot.illumination), .seed = shot.seed},
+      forward_goal(shot.quality), most_carried(shot.quality, picture.film()), picture.film(), run);
   const BlockTracer any(source, picture.film().grid(), 0);
   std::optional<Sharing> sharing;
   if (means.shares_samples) sharing.emplace(any.blur_px(), run);
@@ -379,13 +393,19 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
     noise = trace_exactly(picture, samples, shared, run);
     if (samples == 1) warning = "one sample a pixel: the noise cannot be told";
   } else {
-    Rounds rounds(picture, shot, means.bias, shared, run);
+    Rounds rounds(picture, shot, means.bias, carried.mse, shared, run);
     rounds.run();
     noise = rounds.noise();
     warning = rounds.warning();
   }
   RenderOutcome outcome = finished(picture, shot, noise, shared, run);
   if (!warning.empty()) outcome.warnings.push_back(warning);
+  if (carried.mse > 0.5 * std::pow(shot.quality.max_error, 2))
+    outcome.warnings.emplace_back(
+        "light carried from lamps was still noisy at the most paths allowed");
+  outcome.rays += carried.rays;
+  outcome.carried_paths = carried.paths;
+  outcome.carried_rms = carried.rms;
   if (light) {
     outcome.rays += light->rays();
     outcome.splats_emitters = true;

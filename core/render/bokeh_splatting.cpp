@@ -327,6 +327,13 @@ std::uint64_t trace_ranges(const SplatSource& source, std::uint32_t replicate,
 
 }  // namespace
 
+Image image_of(const SplatImage& light) {
+  Image image(light.width(), light.height(), 3);
+  std::ranges::transform(light.values(), image.pixels().begin(),
+                         [](double value) { return static_cast<float>(value); });
+  return image;
+}
+
 SplatSource splat_source(const SampleSource& rays, const EmitterChoice& choice,
                          std::uint32_t seed) {
   return {.scene = rays.scene,

@@ -73,6 +73,9 @@ class SplatImage {
   std::vector<double> values_;  // row by row, channels interleaved
 };
 
+/// In single precision.
+Image image_of(const SplatImage& light);
+
 /// Sends light of the chosen emitters through the pupil onto the film. For a point P of an emitter
 /// and a point L of the pupil, with nothing that is not splatted between them, the pixel where
 /// L's ray to P falls receives

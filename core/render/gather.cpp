@@ -120,6 +120,7 @@ EffectLoss defocus_of(const Certificate& certificate) {
 }  // namespace
 
 Quote Gather::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (facts.carries_light) return {.refusal = kCarriesNoLight};
   if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
   if (shot.scene != nullptr && shot.scene->has_screen_maps()) return {.refusal = kScreenMapsStay};
   if (shot.effects.diffraction == EffectChoice::on) {

@@ -47,9 +47,11 @@ struct ShotFacts {
   bool mirrors = false;          // something reflects or transmits
   bool interreflects = false;    // diffuse surfaces light each other
   double branch_share = 0.0;     // of the picture that shows such things
+  double mirror_share = 0.0;     // of the picture that shows mirrors, glass and sheets
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
   bool forks = false;            // one surface both reflects and transmits
   bool area_lights = false;
+  bool carries_light = false;    // lamps light surfaces by mirrors and glass, and it is asked for
   bool averages_texels = false;  // lookups in some texture
   /// Tiles of kTile pixels a side, row by row: nonzero where all that the probe found in and around
   /// them is blurred over several pixels.
@@ -88,6 +90,10 @@ inline constexpr const char* kSequenceAlone = "takes its samples from the defaul
 inline constexpr const char* kScreenMapsStay =
     "blurs a finished picture, and a texture that is fixed to the picture stays sharp";
 
+/// Why methods that trace from the camera alone refuse such light.
+inline constexpr const char* kCarriesNoLight =
+    "carries no light from lamps by mirrors and glass, which illumination global asks for";
+
 /// How samples were shared between pixels.
 struct SharedSamples {
   int widest_window = 1;  // pixels along a side
@@ -106,6 +112,10 @@ struct RenderOutcome {
   std::optional<std::vector<EffectLoss>> effects =
       {};  // where rendering learnt more than the quote
   std::optional<SharedSamples> shared = {};
+  /// Light that lamps send by mirrors and glass, carried forward (light_tracing.h): paths, and the
+  /// root of its mean square in the picture, values clipped to [0,1].
+  std::uint64_t carried_paths = 0;
+  double carried_rms = 0.0;
   bool splats_emitters = false;  // small bright emitters were splatted, not left to samples
   std::vector<std::string> warnings = {};
 };

@@ -9,6 +9,7 @@
 
 #include "core/film/block.h"
 #include "core/render/emitter_choice.h"
+#include "core/render/light_tracing.h"
 #include "core/render/progressive.h"
 #include "core/shading/ray_tree.h"
 
@@ -125,6 +126,7 @@ struct ProbePart {
   Moments moments = {};
   int wide_blurs = 0;  // points with a blur disc over kWideBlur
   int branches = 0;    // points on what reflects or transmits
+  int mirrors = 0;     // of them, on what shows other things as they are
   double largest_blur_px = 0.0;
   std::uint64_t rays = 0;
 };
@@ -153,6 +155,7 @@ class Probe {
       facts.probe_rays += part.rays;
       facts.blurred_share += double(part.wide_blurs) / grid_.count();
       facts.branch_share += double(part.branches) / grid_.count();
+      facts.mirror_share += double(part.mirrors) / grid_.count();
     }
     facts.contrast = moments.deviation();
     find_edges(grid_, blur_px_, facts);
@@ -184,9 +187,13 @@ class Probe {
       if (valid[static_cast<std::size_t>(lane)] == 0) continue;
       for (const float value : colors.get(lane)) part.moments.add(value);
       measure_blur(packet, lane, begin + lane, part);
-      if (branches(surfaces.material[static_cast<std::size_t>(lane)])) ++part.branches;
+      const std::int32_t material = surfaces.material[static_cast<std::size_t>(lane)];
+      if (branches(material)) ++part.branches;
+      if (material >= 0 && shows_others(scene.material(material))) ++part.mirrors;
     }
   }
+
+  static bool shows_others(const Material& m) { return m.reflection > 0.0 || m.transmission > 0.0; }
 
   bool branches(std::int32_t material) const {
     if (material < 0) return false;
@@ -199,7 +206,7 @@ class Probe {
       case Illumination::global:
         if (m.model != ShadingModel::unlit) return true;
     }
-    return m.reflection > 0.0 || m.transmission > 0.0;
+    return shows_others(m);
   }
 
   void measure_blur(const RayPacket& packet, int lane, int point, ProbePart& part) {
@@ -284,6 +291,7 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
   for (const Light& light : scene.lights) {
     facts.area_lights = facts.area_lights || std::holds_alternative<AreaLight>(light.kind);
   }
+  facts.carries_light = !light_aims(*shot.scene, shot.illumination).empty();
   for (const TextureSource& texture : scene.textures) {
     facts.averages_texels = facts.averages_texels || averages(texture.filter);
   }

@@ -86,9 +86,31 @@ double unseen_emitters_rmse(const ShotFacts& facts) {
   return std::sqrt(2.0 * all * facts.branch_share / facts.pixel_count);
 }
 
+// Light that lamps send by mirrors and glass is carried to what the camera sees straight. Mirrors
+// and glass that show such places would show it, too, and do not: as much of it as of their share
+// of the picture.
+double mirrored_caustics_rmse(const RenderOutcome& outcome, const ShotFacts& facts) {
+  return outcome.carried_rms * std::sqrt(facts.mirror_share);
+}
+
 // RMSE of branches that are not followed, though the request asks for them.
 double error_of_branches(const Shot& shot, const ShotFacts& facts) {
   return shot.illumination == Illumination::local ? 0.0 : facts.branch_error;
+}
+
+void report_carried_light(const RenderOutcome& outcome, const ShotFacts& facts,
+                          RenderReport& report) {
+  report.model.push_back({.effect = "caustics",
+                          .modelled = true,
+                          .bound = 0.0,
+                          .why = "what lamps send by mirrors and glass, carried forward along " +
+                                 std::to_string(outcome.carried_paths) + " paths"});
+  const double missing = mirrored_caustics_rmse(outcome, facts);
+  if (!(missing > 0.0)) return;
+  report.model.push_back({.effect = "caustics in mirrors and glass",
+                          .modelled = false,
+                          .bound = missing,
+                          .why = "carried to what is seen straight only; part of the bound"});
 }
 
 // The finished image's error: noise and what was left out add in squares, since noise is as
@@ -214,11 +236,13 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
                      ? std::to_string(facts.emitters_splatted) + " traced through the pupil"
                      : std::string("left to samples, which may miss them"))});
   }
-  const double unseen = unseen_emitters_rmse(facts);
-  if (unseen > 0.0) {
+  const double unseen =
+      std::hypot(unseen_emitters_rmse(facts), mirrored_caustics_rmse(outcome, facts));
+  if (outcome.carried_paths > 0) report_carried_light(outcome, facts, report);
+  if (unseen_emitters_rmse(facts) > 0.0) {
     report.model.push_back({.effect = "small emitters in mirrors and glass",
                             .modelled = true,
-                            .bound = unseen,
+                            .bound = unseen_emitters_rmse(facts),
                             .why = "left to samples, which may miss them; part of the bound"});
   }
   // Of all rays none may have met a thing: at 95 % its share of them is below 3/n (rule of three),

@@ -13,13 +13,6 @@ constexpr std::uint32_t kMostPoints = 1U << 20;
 // A pixel of a disc shows at most this much more than white before its noise stops mattering.
 constexpr double kVisibleLight = 2.0;
 
-Image image_of(const SplatImage& light) {
-  Image image(light.width(), light.height(), 3);
-  std::ranges::transform(light.values(), image.pixels().begin(),
-                         [](double value) { return static_cast<float>(value); });
-  return image;
-}
-
 double clipped_square(float a, float b) {
   const double off =
       std::clamp(static_cast<double>(a), 0.0, 1.0) - std::clamp(static_cast<double>(b), 0.0, 1.0);

@@ -326,6 +326,7 @@ double border_loss(const WaveOptics& optics, const WaveSurvey& survey, double la
 }  // namespace
 
 Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
+  if (facts.carries_light) return {.refusal = kCarriesNoLight};
   if (shot.quality.sampling.any()) return {.refusal = kSequenceAlone};
   if (shot.scene != nullptr && shot.scene->has_screen_maps()) return {.refusal = kScreenMapsStay};
   Quote quote;

@@ -315,6 +315,18 @@ FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, co
 
 }  // namespace
 
+void diffuse_colors(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
+                    LaneSurfaces& surfaces, LaneColors& diffuse) noexcept {
+  in.scene.surfaces(packet, valid, surfaces);
+  alignas(64) LaneFloats footprint = {};
+  if (in.scene.has_screen_maps()) place_on_film(in, packet, surfaces, footprint);
+  if (in.scene.has_relief()) add_relief(in.scene, footprint, surfaces);
+  LaneColors own;
+  LitLanes lit;
+  SurfaceColors(in, packet, footprint, surfaces).find(own, &lit);
+  diffuse = lit.diffuse;
+}
+
 void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
                    const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
                    std::uint64_t& rays, LaneColors* diffuse) noexcept {

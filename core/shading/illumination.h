@@ -58,4 +58,9 @@ void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneM
                    const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
                    std::uint64_t& rays, LaneColors* diffuse = nullptr) noexcept;
 
+/// Only the surfaces and their diffuse colours, as shade_locally tells them: no light, no shadow
+/// rays. Texture lookups are as fine as the texture.
+void diffuse_colors(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
+                    LaneSurfaces& surfaces, LaneColors& diffuse) noexcept;
+
 }  // namespace fstop
