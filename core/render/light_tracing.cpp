@@ -1,15 +1,12 @@
 #include "core/render/light_tracing.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <variant>
 
 #include "core/camera/film_projection.h"
 #include "core/sampling/stream.h"
-#include "core/sampling/warp.h"
 #include "core/shading/illumination.h"
 #include "core/shading/light.h"
 #include "core/shading/material.h"
@@ -22,60 +19,9 @@ constexpr std::uint32_t kChunk = 1024;  // paths that one thread traces between 
 constexpr std::uint32_t kChunksAtOnce = 256;
 constexpr int kLongestPath = 64;                 // turns
 constexpr std::uint32_t kStream = 0x11c4'77a9U;  // apart from camera rays' and splats' samples
-constexpr double kMargin = 1.0001;               // of bounding spheres, against roundings
 constexpr std::uint32_t kFewestPaths = 1U << 12;
 constexpr std::uint32_t kMostPaths = 1U << 24;
 
-struct Ball {
-  Vec3 center = {};
-  double radius = 0.0;
-};
-
-// What rays are aimed at: all of the ball about an object, or of the object if it is a quad.
-struct Target {
-  Ball ball = {};
-  const QuadObject* quad = nullptr;
-  Vec3 shift = {};  // how far it has moved
-
-  Vec3 point(Vec2 place) const {
-    return quad->corner + quad->edge_u * place.x + quad->edge_v * place.y + shift;
-  }
-  Vec3 area() const { return cross(quad->edge_u, quad->edge_v); }  // along its normal
-};
-
-Ball ball_about(const std::vector<Vec3>& points) {
-  Vec3 low = points.front();
-  Vec3 high = low;
-  for (const Vec3& p : points) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  Ball ball{.center = (low + high) * 0.5};
-  for (const Vec3& p : points) ball.radius = std::max(ball.radius, kMargin * norm(p - ball.center));
-  return ball;
-}
-
-struct BallOf {
-  Ball operator()(const SphereObject& sphere) const {
-    return {sphere.center, kMargin * sphere.radius};
-  }
-  Ball operator()(const QuadObject& quad) const {
-    return ball_about({quad.corner, quad.corner + quad.edge_u, quad.corner + quad.edge_v,
-                       quad.corner + quad.edge_u + quad.edge_v});
-  }
-  Ball operator()(const MeshObject& object) const {
-    std::vector<Vec3> points;
-    for (const auto& p : object.mesh.positions)
-      points.push_back({double{p[0]}, double{p[1]}, double{p[2]}});
-    return points.empty() ? Ball{} : ball_about(points);
-  }
-};
-
-Ball ball_of(const Object& object) { return std::visit(BallOf{}, object.shape); }
-
-bool turns_light(const Material& material) {
-  return material.reflection > 0.0 || (material.transmission > 0.0 && material.ior);
-}
 bool is_sheet(const Material& material) { return material.transmission > 0.0 && !material.ior; }
 
 // Where light goes on from a surface, and how much of it.
@@ -137,21 +83,8 @@ class Carrier {
         light_(scene_.scene().lights[aim_.light]),
         sequence_(hash_of(carrier.seed, kStream + replicate)),
         pixel_key_(hash_of(aim_.light, 0x51a3U + aim_.object)),
-        share_(1.0F / static_cast<float>(count)) {
-    const Scene& scene = scene_.scene();
-    const Object& target = scene.objects[aim_.object];
-    ball_ = ball_of(target);
-    quad_ = std::get_if<QuadObject>(&target.shape);
-    velocity_ = target.velocity;
-    std::vector<Vec3> ends;
-    for (const Object& object : scene.objects) {
-      const Ball ball = ball_of(object);
-      const double reach = ball.radius + norm(object.velocity) * rays_.shutter_seconds;
-      ends.push_back(ball.center + Vec3{reach, reach, reach});
-      ends.push_back(ball.center - Vec3{reach, reach, reach});
-    }
-    all_ = ball_about(ends);
-  }
+        share_(1.0F / static_cast<float>(count)),
+        aimer_(scene_, aim_, rays_.shutter_seconds) {}
 
   void trace(std::uint32_t first, std::uint32_t count, ChunkLight& chunk) const {
     for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
@@ -174,87 +107,11 @@ class Carrier {
     if (rays_.shutter_seconds > 0.0F) sequence_.fill(paths.keys, Dimension::time, time);
     for (std::size_t k = 0; k < kLanes; ++k) {
       const double seconds = time[k] * double{rays_.shutter_seconds};
-      const Vec3 shift = velocity_ * seconds;
-      const Target target{{ball_.center + shift, ball_.radius}, quad_, shift};
-      const auto at_time = static_cast<float>(seconds / kLongestShutter);
-      const Vec2 way{u[k], v[k]};
-      const double factor = std::visit(
-          [&](const auto& lamp) {
-            return aim(lamp, target, way, {s[k], t[k]}, at_time, static_cast<int>(k), paths.ray);
-          },
-          light_.kind);
+      const double factor =
+          aimer_.aim({u[k], v[k]}, {s[k], t[k]}, seconds, static_cast<int>(k), paths.ray);
       paths.alive[k] = factor > 0.0 ? -1 : 0;
       paths.weight[k] = light_.intensity * (static_cast<float>(factor) * share_);
     }
-  }
-
-  // Each sets a ray from a lamp towards the target, chosen by `way` in the unit square, and returns
-  // the solid angle (of directional light: the area across it) that it stands for, times f_angular.
-  double aim(const DirectionalLight& lamp, const Target& target, Vec2 way, Vec2, float at_time,
-             int lane, RayPacket& ray) const {
-    const Vec3 direction = normalized(lamp.direction);
-    const Ball& ball = target.ball;
-    const double back = all_.radius + norm(ball.center - all_.center) + ball.radius;
-    if (target.quad != nullptr) {
-      ray.set(lane, to_float(target.point(way) - direction * back), to_float(direction), kFar,
-              at_time);
-      return std::abs(dot(target.area(), direction));
-    }
-    const Vec3 right = across(direction);
-    const Vec3 up = cross(direction, right);
-    const Vec2 disc = disc_point(way);
-    const Vec3 origin =
-        ball.center + (right * disc.x + up * disc.y) * ball.radius - direction * back;
-    ray.set(lane, to_float(origin), to_float(direction), kFar, at_time);
-    return std::numbers::pi * ball.radius * ball.radius;
-  }
-  double aim(const PointLight& lamp, const Target& target, Vec2 way, Vec2, float at_time, int lane,
-             RayPacket& ray) const {
-    return aim_from(lamp.position, target, way, at_time, lane, ray);
-  }
-  double aim(const SpotLight& lamp, const Target& target, Vec2 way, Vec2, float at_time, int lane,
-             RayPacket& ray) const {
-    const double angle = aim_from(lamp.position, target, way, at_time, lane, ray);
-    const double cosine = dot(to_float(normalized(lamp.direction)), ray.direction(lane));
-    return cosine > 0.0 ? angle * std::pow(cosine, lamp.exponent) : 0.0;
-  }
-  double aim(const AreaLight& lamp, const Target& target, Vec2 way, Vec2 place, float at_time,
-             int lane, RayPacket& ray) const {
-    const Vec3 point = lamp.corner + lamp.edge_u * place.x + lamp.edge_v * place.y;
-    return aim_from(point, target, way, at_time, lane, ray);
-  }
-
-  // Evenly over the cone that the ball fills, or over all directions from within it; evenly over a
-  // quad that is seen from afar.
-  static double aim_from(const Vec3& origin, const Target& target, Vec2 way, float at_time,
-                         int lane, RayPacket& ray) {
-    const Ball& ball = target.ball;
-    const Vec3 to_center = ball.center - origin;
-    const double distance = norm(to_center);
-    const bool inside = !(distance > ball.radius);
-    if (target.quad != nullptr && !inside) {
-      const Vec3 to_point = target.point(way) - origin;
-      const double squared = dot(to_point, to_point);
-      const Vec3 direction = to_point * (1.0 / std::sqrt(squared));
-      ray.set(lane, to_float(origin), normalized(to_float(direction)), kFar, at_time);
-      return std::abs(dot(target.area(), direction)) / squared;
-    }
-    // 1 - cos of the half angle, without cancellation for distant balls.
-    const double sine = inside ? 1.0 : ball.radius / distance;
-    const double cap = inside ? 2.0 : sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
-    const Vec2 disc = disc_point(way);
-    const Vec3 axis = distance > 0.0 ? to_center * (1.0 / distance) : Vec3{0.0, 0.0, 1.0};
-    const double rise = std::min(cap, (disc.x * disc.x + disc.y * disc.y) * cap);
-    const double around = std::sqrt(std::max(0.0, cap * (2.0 - rise)));
-    const Vec3 right = across(axis);
-    const Vec3 up = cross(axis, right);
-    const Vec3 direction = axis * (1.0 - rise) + right * (disc.x * around) + up * (disc.y * around);
-    ray.set(lane, to_float(origin), normalized(to_float(direction)), kFar, at_time);
-    return 2.0 * std::numbers::pi * cap;
-  }
-
-  static Vec3 across(const Vec3& axis) {
-    return normalized(cross(axis, std::abs(axis.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
   }
 
   float radial(float distance) const {
@@ -475,28 +332,10 @@ class Carrier {
   SampleSequence sequence_;
   std::uint32_t pixel_key_;
   float share_;
-  Ball ball_ = {};
-  const QuadObject* quad_ = nullptr;
-  Ball all_ = {};  // of the whole scene
-  Vec3 velocity_ = {};
+  LightAimer aimer_;
 };
 
 }  // namespace
-
-std::vector<LightAim> light_aims(const RayScene& scene, Illumination illumination) {
-  std::vector<LightAim> aims;
-  if (illumination != Illumination::global || !scene.lit()) return aims;
-  const Scene& all = scene.scene();
-  for (std::uint32_t object = 0; object < all.objects.size(); ++object) {
-    const int material = all.objects[object].material;
-    if (!turns_light(all.materials[static_cast<std::size_t>(material)])) continue;
-    for (std::uint32_t light = 0; light < all.lights.size(); ++light) {
-      if (largest(all.lights[light].intensity) > 0.0F)
-        aims.push_back({.light = light, .object = object});
-    }
-  }
-  return aims;
-}
 
 std::uint64_t carry_light(const LightCarrier& carrier, std::uint32_t replicate, std::uint32_t count,
                           SplatImage& light, const RunControl& run) {

@@ -6,18 +6,9 @@
 #include "core/film/replicate_film.h"
 #include "core/render/block_tracer.h"
 #include "core/render/bokeh_splatting.h"
+#include "core/render/light_aim.h"
 
 namespace fstop {
-
-/// A lamp and an object that turns its light: what forward paths begin with.
-struct LightAim {
-  std::uint32_t light = 0;   // index into Scene::lights
-  std::uint32_t object = 0;  // index into Scene::objects, which mirrors or refracts
-};
-
-/// All pairs of them; none unless illumination is global. Such light no shadow ray finds: what
-/// bends light blocks it, so that paths traced from the camera never see it.
-std::vector<LightAim> light_aims(const RayScene& scene, Illumination illumination);
 
 /// What light is carried from, through and to.
 struct LightCarrier {

@@ -9,7 +9,7 @@
 
 #include "core/film/block.h"
 #include "core/render/emitter_choice.h"
-#include "core/render/light_tracing.h"
+#include "core/render/light_aim.h"
 #include "core/render/progressive.h"
 #include "core/shading/ray_tree.h"
 
