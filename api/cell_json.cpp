@@ -41,7 +41,10 @@ bool is_sha256(std::string_view text) {
 }
 
 std::string to_json(const CellOrder& order) {
-  nlohmann::ordered_json value = {{"sweep", order.sweep}, {"index", order.index}};
+  nlohmann::ordered_json value = {{"engine", order.engine}};
+  if (!order.scene.empty()) value["scene"] = order.scene;
+  value["sweep"] = order.sweep;
+  value["index"] = order.index;
   if (order.stored_request.empty()) {
     value["request"] = order.request;
   } else {
@@ -66,6 +69,8 @@ CellOrder parse_cell_order(std::string_view text, const Limits& limits) {
   nlohmann::json normal;
   CellOrder order;
   ObjectReader root(value, "#", faults, normal);
+  order.engine = root.text("engine", kMostNameBytes);
+  order.scene = hash_of(root, "scene", false);
   order.sweep = root.text("sweep", kMostNameBytes);
   order.index = static_cast<std::uint32_t>(root.integer("index", 0, kMostIndex));
   order.request = root.text("request", kMostTextBytes, "");

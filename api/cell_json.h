@@ -11,6 +11,8 @@ namespace fstop::api {
 
 /// What a worker is told of a cell of a sweep: its request, or where that lies.
 struct CellOrder {
+  std::string engine = {};  // that must make it: another one makes other bytes
+  std::string scene = {};   // hash of the scene that it must find; empty: whatever it finds
   std::string sweep = {};
   std::uint32_t index = 0;
   std::string request = {};         // the text, byte by byte; empty: in the content store

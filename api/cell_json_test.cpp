@@ -29,13 +29,19 @@ std::string fault_of(const Parse& parse, const std::string& text) {
 }
 
 TEST(CellJson, OrdersComeBackByteByByte) {
-  const CellOrder order{.sweep = kHash, .index = 4'294'967'295U, .request = "{ \"seed\" : 1 }\n"};
+  const CellOrder order{.engine = "fstop/1",
+                        .scene = std::string(64, 'c'),
+                        .sweep = kHash,
+                        .index = 4'294'967'295U,
+                        .request = "{ \"seed\" : 1 }\n"};
   const CellOrder back = parse_cell_order(to_json(order), Limits{});
+  EXPECT_EQ(back.engine, order.engine);
+  EXPECT_EQ(back.scene, order.scene);
   EXPECT_EQ(back.sweep, order.sweep);
   EXPECT_EQ(back.index, order.index);
   EXPECT_EQ(back.request, order.request);
   EXPECT_EQ(back.stored_request, "");
-  const CellOrder large{.sweep = kHash, .index = 0, .stored_request = kHash};
+  const CellOrder large{.engine = "fstop/1", .sweep = kHash, .index = 0, .stored_request = kHash};
   EXPECT_EQ(parse_cell_order(to_json(large), Limits{}).stored_request, kHash);
 }
 
@@ -58,13 +64,18 @@ TEST(CellJson, ForeignOrdersAreRefusedWhereTheyAreWrong) {
   for (const auto& [text, pointer] : std::vector<std::pair<std::string, std::string>>{
            {"", "#"},
            {"[]", "#"},
-           {R"({"sweep":"s","index":1})", "#"},
-           {R"({"sweep":"s","index":-1,"request":"{}"})", "#/index"},
-           {R"({"sweep":"s","index":4294967296,"request":"{}"})", "#/index"},
-           {R"({"sweep":"s","index":1,"request":{}})", "#/request"},
-           {R"({"sweep":"s","index":1,"request":"{}","stored_request":")" + kHash + "\"}", "#"},
-           {R"({"sweep":"s","index":1,"stored_request":"../../etc"})", "#/stored_request"},
-           {R"({"sweep":"s","index":1,"request":"{}","more":1})", "#/more"}})
+           {R"({"engine":"e","sweep":"s","index":1})", "#"},
+           {R"({"sweep":"s","index":1,"request":"{}"})", "#/engine"},
+           {R"({"engine":"e","scene":"x","sweep":"s","index":1,"request":"{}"})", "#/scene"},
+           {R"({"engine":"e","sweep":"s","index":-1,"request":"{}"})", "#/index"},
+           {R"({"engine":"e","sweep":"s","index":4294967296,"request":"{}"})", "#/index"},
+           {R"({"engine":"e","sweep":"s","index":1,"request":{}})", "#/request"},
+           {R"({"engine":"e","sweep":"s","index":1,"request":"{}","stored_request":")" + kHash +
+                "\"}",
+            "#"},
+           {R"({"engine":"e","sweep":"s","index":1,"stored_request":"../../etc"})",
+            "#/stored_request"},
+           {R"({"engine":"e","sweep":"s","index":1,"request":"{}","more":1})", "#/more"}})
     EXPECT_EQ(fault_of(parse_cell_order, text), pointer) << text;
 }
 

@@ -63,6 +63,10 @@ struct Limits {
   std::size_t scene_objects = 20'000;
   std::size_t scene_lights = 256;
 
+  // Files by their hash, of sweeps whose cells are made elsewhere.
+  std::size_t content_bytes = std::size_t{256} << 20;  // of one
+  std::size_t incoming_bytes = std::size_t{1} << 30;   // being received at once, over all files
+
   // The server.
   int connections = 2048;
   int pipelined_answers = 8;   // queued on one connection

@@ -29,6 +29,7 @@ struct CommandLine {
   ChartOptions chart = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
+  QueueWorkerOptions worker = {};
   std::string scene_name = {};
   std::string color_space = {};
   std::string optics_request = "-";
@@ -41,6 +42,7 @@ struct CommandLine {
   CLI::App* read_scene_command = nullptr;
   CLI::App* read_image_command = nullptr;
   CLI::App* sign_command = nullptr;
+  CLI::App* worker_command = nullptr;
   CLI::App* version_command = nullptr;
 };
 
@@ -97,6 +99,12 @@ void add_serve(CommandLine& line) {
       ->capture_default_str();
   command->add_option("--cache-mib", options.cache_mib, "of results, in the data directory")
       ->capture_default_str();
+  command->add_option("--queue", options.queue,
+                      "nats://host[:port] of a JetStream server: sweeps are made by fstop worker");
+  command->add_option(
+      "--ack-wait-s", options.ack_wait_s,
+      "that a worker of the queue may be silent before its cell goes to another; 30 "
+      "where nobody has said");
   command->add_option("--memory-mib", options.memory_mib, "of results, in memory")
       ->capture_default_str();
   for (const std::string& name : option_names(*command))
@@ -139,6 +147,29 @@ void add_chart(CommandLine& line) {
   line.chart_command = command;
 }
 
+void add_worker(CommandLine& line) {
+  QueueWorkerOptions& options = line.worker;
+  CLI::App* command =
+      line.app.add_subcommand("worker", "make cells of sweeps that servers put into a queue");
+  command->add_option("--queue", options.queue, "of fstop serve --queue: nats://host[:port]")
+      ->required();
+  command->add_option("--results", options.results, "where files go: http://host[:port]")
+      ->required();
+  command->add_option("--token-file", options.token_file, "as of the server of the results");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str();
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  command
+      ->add_option("--attempts", options.attempts, "at one cell, before it is recorded as failed")
+      ->capture_default_str();
+  command->add_option("--drain-s", options.drain_s, "that SIGTERM gives to the cell in hand")
+      ->capture_default_str();
+  command->add_option("--log-file", options.log_file, "instead of standard error");
+  for (const std::string& name : option_names(*command))
+    command->get_option("--" + name)->envname(variable_of(name));
+  line.worker_command = command;
+}
+
 void add_commands(CommandLine& line) {
   line.app.require_subcommand(1);
   add_serve(line);
@@ -151,6 +182,7 @@ void add_commands(CommandLine& line) {
   line.psf_command->add_option("--out", line.psf.out,
                                "image file: .exr .tif (density), .png .jpg .webp (stretched)");
   add_chart(line);
+  add_worker(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -183,6 +215,7 @@ int run_command(const CommandLine& line) {
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
   if (line.read_image_command->parsed()) return read_image(line.color_space);
   if (line.sign_command->parsed()) return sign(line.sign);
+  if (line.worker_command->parsed()) return queue_worker(line.worker);
   std::cout << api::engine_version() << '\n';
   return 0;
 }

@@ -35,6 +35,18 @@ struct ProbeOptions {
   std::uint16_t port = 8080;
 };
 
+/// Of a process that makes cells of sweeps for servers elsewhere.
+struct QueueWorkerOptions {
+  std::string queue = {};    // nats://...
+  std::string results = {};  // http://...
+  std::string token_file = {};
+  std::string scenes_dir = {};  // empty: the bundled scenes
+  std::string log_file = {};    // empty: standard error
+  int threads = 0;
+  int attempts = 5;       // at one cell
+  double drain_s = 20.0;  // that SIGTERM gives to the cell in hand
+};
+
 struct SignOptions {
   std::string target = {};  // path and query
   std::string url_key_file = {};
@@ -53,6 +65,8 @@ int psf(const PsfOptions& options);
 int chart(const ChartOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
+/// Makes cells of a queue until a signal stops it.
+int queue_worker(const QueueWorkerOptions& options);
 /// Locks itself in, reads a scene archive on standard input and prints what is to be stored: what
 /// the server runs apart from itself. Throws: as api::read_upload.
 int read_scene(const std::string& name);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,6 +33,9 @@ struct ServeOptions {
   double drain_s = 20.0;
   std::int64_t cache_mib = 4096;
   std::int64_t memory_mib = 512;
+  std::string queue = {};  // nats://...: cells of sweeps are made by workers elsewhere
+  std::optional<double> ack_wait_s =
+      {};                        // that a worker may be silent; absent: as the queue has it
   std::string config_file = {};  // read before the rest
 };
 
@@ -45,10 +49,13 @@ struct ServerConfig {
   std::vector<std::string> hosts = {};    // lower case
   std::vector<std::string> origins = {};  // "scheme://host[:port]"
   std::optional<std::uint16_t> probe_port = {};
-  std::filesystem::path upload_folder = {};  // empty: no scenes are taken
-  std::string program = "/proc/self/exe";    // what reads them, locked in
-  std::string worker_program = {};           // what renders: beside fstop
-  std::filesystem::path result_folder = {};  // empty: results stay in memory
+  std::filesystem::path upload_folder = {};   // empty: no scenes are taken
+  std::string program = "/proc/self/exe";     // what reads them, locked in
+  std::string worker_program = {};            // what renders: beside fstop
+  std::filesystem::path result_folder = {};   // empty: results stay in memory
+  std::filesystem::path content_folder = {};  // of files by their hash; empty: none are taken
+  std::string queue = {};                     // empty: cells are made here
+  std::optional<std::chrono::milliseconds> ack_wait = {};
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first
   api::Limits limits = {};

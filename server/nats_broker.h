@@ -33,7 +33,7 @@ using OneEntry = Owned<kvEntry, kvEntry_Destroy>;
 using Watcher = Owned<kvWatcher, kvWatcher_Destroy>;
 using OneMessage = Owned<natsMsg, natsMsg_Destroy>;
 
-constexpr std::int64_t kBrokerAnswerMs = 3000;  // that an answer of the broker may take
+constexpr std::int64_t kBrokerAnswerMs = NatsQueue::kAnswerTime.count();
 constexpr std::chrono::milliseconds kUsualAckWait{30'000};
 constexpr const char* kCellStream = "FSTOP_CELLS";
 constexpr const char* kCellConsumer = "workers";

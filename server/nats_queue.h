@@ -101,8 +101,8 @@ class NatsQueue {
   std::uint64_t connections() const noexcept;
 
   /// Whether it was taken; false: a cell of this key is there, waiting or in hand. At most
-  /// kMostMessageBytes. `generation`: publishing the same key and generation again soon does
-  /// nothing, whatever became of the first.
+  /// kMostMessageBytes. `generation`: publishing the same key and generation again within two
+  /// minutes does nothing, whatever became of the first.
   bool publish(const std::string& key, std::string_view text, std::string_view generation);
   /// A cell, none if none comes within `patience`.
   std::optional<Delivery> next(std::chrono::milliseconds patience);
@@ -125,6 +125,7 @@ class NatsQueue {
   /// At most `most` of a table.
   std::vector<Entry> entries(Bucket bucket, std::size_t most);
 
+  static constexpr std::chrono::milliseconds kAnswerTime{3000};  // of the broker
   static constexpr std::size_t kMostMessageBytes = std::size_t{512} << 10;
 
  private:

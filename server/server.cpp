@@ -112,6 +112,10 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .program = config.program}),
       measurement_calls_(
           {.limits = config_.limits, .log = log_, .renders = renders_, .program = config.program}),
+      contents_(config.content_folder.empty()
+                    ? nullptr
+                    : std::make_unique<ContentFolder>(config.content_folder)),
+      file_calls_(contents_ ? std::make_unique<FileCalls>(*contents_) : nullptr),
       queue_(queue_shape()),
       charts_({.slots = 1,
                .most_queued = config.limits.queued_charts,
@@ -167,6 +171,7 @@ void Server::add_routes() {
   chart_calls_.add_to(routes_);
   scene_calls_.add_to(routes_);
   measurement_calls_.add_to(routes_);
+  if (file_calls_) file_calls_->add_to(routes_);
   add_probes(routes_);
   add_docs();
   const auto add = [this](verb method, const char* pattern,

@@ -13,7 +13,9 @@
 #include "server/access.h"
 #include "server/chart_calls.h"
 #include "server/config.h"
+#include "server/content_folder.h"
 #include "server/cost_model.h"
+#include "server/file_calls.h"
 #include "server/job_calls.h"
 #include "server/jobs.h"
 #include "server/listener.h"
@@ -101,6 +103,8 @@ class Server {
   ChartCalls chart_calls_;
   SceneCalls scene_calls_;
   MeasurementCalls measurement_calls_;
+  std::unique_ptr<ContentFolder> contents_;  // none without a data directory
+  std::unique_ptr<FileCalls> file_calls_;
   RenderQueue queue_;  // its threads end before what they use
   RenderQueue charts_;
   AccessRules access_;
