@@ -31,7 +31,7 @@ std::optional<std::uint32_t> cell_index(std::string_view key) {
   return parsed<std::uint32_t>(key.substr(dot + 1));
 }
 
-int number_of(std::string_view text) {
+int count_of(std::string_view text) {
   const auto number = parsed<int>(text);
   return number && *number > 0 ? *number : 0;
 }

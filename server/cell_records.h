@@ -15,7 +15,7 @@ std::string cell_key(std::string_view sweep, std::uint32_t index);
 std::optional<std::uint32_t> cell_index(std::string_view key);
 
 /// A whole number at least 0; 0 for a text that is none.
-int number_of(std::string_view text);
+int count_of(std::string_view text);
 
 /// An outcome as JSON, and the inverse. Throws: api::InvalidRequest.
 std::string outcome_text(const CellOutcome& outcome);

@@ -258,7 +258,7 @@ int QueueWorker::counted_attempt(const std::string& key) {
         if (services_.queue.create(NatsQueue::Bucket::attempts, key, "1")) return 1;
         continue;
       }
-      const int next = number_of(value->text) + 1;
+      const int next = count_of(value->text) + 1;
       if (services_.queue.update(NatsQueue::Bucket::attempts, key, std::to_string(next),
                                  value->revision)) {
         return next;
@@ -271,7 +271,7 @@ void QueueWorker::uncount_attempt(const std::string& key) {
   try {
     const auto value = services_.queue.get(NatsQueue::Bucket::attempts, key);
     if (!value) return;
-    const int before = std::max(0, number_of(value->text) - 1);
+    const int before = std::max(0, count_of(value->text) - 1);
     services_.queue.update(NatsQueue::Bucket::attempts, key, std::to_string(before),
                            value->revision);
   } catch (const QueueUnreachable&) {  // then it counts
