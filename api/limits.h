@@ -49,6 +49,11 @@ struct Limits {
   int chart_replicates = 64;                   // of the reference; the least is 2
   std::chrono::milliseconds chart_time{600'000};
 
+  // One sweep.
+  std::size_t sweep_cells = 10'000;
+  std::size_t sweep_axes = 8;
+  std::size_t sweep_bytes = std::size_t{64} << 20;  // of its cells' requests, every default filled
+
   // One scene.
   AssetLimits assets{.max_file_bytes = std::size_t{64} << 20,
                      .max_triangles = 2'000'000,
@@ -103,6 +108,8 @@ inline Limits command_line_limits() {
   limits.chart_pixels = limits.image_pixels;
   limits.chart_samples = limits.samples;
   limits.body_bytes = limits.scene_bytes;
+  limits.sweep_cells = 100'000;
+  limits.sweep_bytes = std::size_t{1} << 30;
   return limits;
 }
 

@@ -27,6 +27,8 @@ struct CommandLine {
   RenderOptions render = {};
   PsfOptions psf = {};
   ChartOptions chart = {};
+  SweepOptions sweep = {};
+  DatasetOptions dataset = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
   QueueWorkerOptions worker = {};
@@ -38,6 +40,8 @@ struct CommandLine {
   CLI::App* optics_command = nullptr;
   CLI::App* psf_command = nullptr;
   CLI::App* chart_command = nullptr;
+  CLI::App* sweep_command = nullptr;
+  CLI::App* dataset_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* read_scene_command = nullptr;
   CLI::App* read_image_command = nullptr;
@@ -170,6 +174,40 @@ void add_worker(CommandLine& line) {
   line.worker_command = command;
 }
 
+void add_sweep_options(CLI::App* command, SweepOptions& options) {
+  command->add_option("--out", options.out, "folder for files, state and manifest.json");
+  command->add_flag("--resume", options.resume, "refuse unless the folder holds this sweep");
+  command->add_flag("--dry-run", options.dry_run, "tell cells and predicted cost, make nothing");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes,--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+}
+
+void add_sweep(CommandLine& line) {
+  line.sweep_command = line.app.add_subcommand(
+      "sweep", "many renders over ranges of any member; run again, it goes on where it ended");
+  line.sweep_command
+      ->add_option("request", line.sweep.request, "a sweep request, - for standard input")
+      ->required();
+  add_sweep_options(line.sweep_command, line.sweep);
+  DatasetOptions& options = line.dataset;
+  line.dataset_command =
+      line.app.add_subcommand("dataset", "images of scenes at random, with depth and blur");
+  line.dataset_command->add_option("--count", options.count, "images")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  line.dataset_command->add_option("--seed", options.seed, "of scenes, cameras and noise")
+      ->capture_default_str();
+  line.dataset_command
+      ->add_option("--images-per-scene", options.images_per_scene,
+                   "that differ in focus and aperture alone")
+      ->capture_default_str();
+  line.dataset_command->add_option("--base", options.base,
+                                   "file with image, quality, effects and outputs of a request");
+  add_sweep_options(line.dataset_command, options.sweep);
+}
+
 void add_commands(CommandLine& line) {
   line.app.require_subcommand(1);
   add_serve(line);
@@ -183,6 +221,7 @@ void add_commands(CommandLine& line) {
                                "image file: .exr .tif (density), .png .jpg .webp (stretched)");
   add_chart(line);
   add_worker(line);
+  add_sweep(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -211,6 +250,8 @@ int run_command(const CommandLine& line) {
   if (line.optics_command->parsed()) return optics(line.optics_request);
   if (line.psf_command->parsed()) return psf(line.psf);
   if (line.chart_command->parsed()) return chart(line.chart);
+  if (line.sweep_command->parsed()) return sweep(line.sweep);
+  if (line.dataset_command->parsed()) return dataset(line.dataset);
   if (line.probe_command->parsed()) return probe(line.probe);
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
   if (line.read_image_command->parsed()) return read_image(line.color_space);
@@ -241,6 +282,7 @@ int print_problem(const api::Problem& problem) {
 
 int run_command_line(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond its bound is an error as others
   try {
     CommandLine line;
     add_commands(line);

@@ -30,6 +30,23 @@ struct ChartOptions {
   bool progress = false;  // told on standard error even where that is no terminal
 };
 
+struct SweepOptions {
+  std::string request = {};  // a file, or "-" for standard input
+  std::string out = {};      // a folder
+  std::string scenes_dir = {};
+  int threads = 0;
+  bool resume = false;   // `out` must hold this sweep already
+  bool dry_run = false;  // tells what it would cost
+};
+
+struct DatasetOptions {
+  std::uint32_t count = 1;
+  std::uint32_t seed = 0;
+  std::uint32_t images_per_scene = 1;
+  std::string base = {};    // a file with image, quality, outputs; empty: the recipe's own
+  SweepOptions sweep = {};  // all but the request
+};
+
 struct ProbeOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
@@ -63,6 +80,11 @@ int psf(const PsfOptions& options);
 /// Prints the chart's numbers; writes the drawing where one is asked for. SIGINT and SIGTERM stop
 /// it.
 int chart(const ChartOptions& options);
+/// Makes every render of a sweep's request, in a folder with a manifest; what is there already is
+/// kept. Prints what was done; 1 if some cells failed. SIGINT and SIGTERM stop it.
+int sweep(const SweepOptions& options);
+/// The same of the recipe `defocus-dataset`.
+int dataset(const DatasetOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
 /// Makes cells of a queue until a signal stops it.

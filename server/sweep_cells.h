@@ -51,7 +51,8 @@ class CellMaker {
   struct Listener {
     /// A cell's outcome, its files durable; called for one cell at a time, once for each.
     std::function<void(CellOutcome)> done;
-    /// What the sweep waits for ("disk space", "the queue at nats://...", "workers"); empty: nothing.
+    /// What the sweep waits for ("disk space", "the queue at nats://...", "workers"); empty:
+    /// nothing.
     std::function<void(std::string_view)> waiting;
   };
 
