@@ -182,6 +182,10 @@ void add_sweep_options(CLI::App* command, SweepOptions& options) {
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   command->add_option("--scenes,--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  command->add_option("--queue", options.remote.queue,
+                      "nats://host[:port]: made by fstop worker there, instead of here");
+  command->add_option("--results", options.remote.results, "of those workers: http://host[:port]");
+  command->add_option("--token-file", options.remote.token_file, "of that server");
 }
 
 void add_sweep(CommandLine& line) {

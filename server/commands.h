@@ -30,6 +30,13 @@ struct ChartOptions {
   bool progress = false;  // told on standard error even where that is no terminal
 };
 
+/// Where cells are made by workers elsewhere.
+struct RemotePlace {
+  std::string queue = {};       // nats://...; empty: they are made here
+  std::string results = {};     // http://..., where the workers put files
+  std::string token_file = {};  // of that server; empty for none
+};
+
 struct SweepOptions {
   std::string request = {};  // a file, or "-" for standard input
   std::string out = {};      // a folder
@@ -37,6 +44,7 @@ struct SweepOptions {
   int threads = 0;
   bool resume = false;   // `out` must hold this sweep already
   bool dry_run = false;  // tells what it would cost
+  RemotePlace remote = {};
 };
 
 struct DatasetOptions {

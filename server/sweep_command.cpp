@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -15,6 +16,7 @@
 #include "server/commands.h"
 #include "server/cost_model.h"
 #include "server/progress_line.h"
+#include "server/remote_cells.h"
 #include "server/signal_stop.h"
 #include "server/sweep_run.h"
 
@@ -44,6 +46,8 @@ void print(const std::string& text) {
 }
 
 void require_sweep(const SweepOptions& options) {
+  if (options.remote.queue.empty() != options.remote.results.empty())
+    throw Error(ErrorCode::invalid_request, "--queue and --results go together");
   if (options.out.empty() && !options.dry_run)
     throw Error(ErrorCode::invalid_request, "--out must name a folder");
   if (options.resume && !SweepRun::is_in(options.out)) {
@@ -88,8 +92,14 @@ int run_sweep(const std::string& recipe, const fs::path& folder, const SweepOpti
     run.emplace(sweep, id, options.out, *files, true);
   };
   when_there_is_room(open, listener.waiting, stop.get_token());
-  LocalCellMaker maker({.limits = limits, .scenes = scenes, .workers = pool}, *files);
-  const SweepRun::Summary summary = run->run(maker, listener, stop.get_token());
+  std::unique_ptr<CellMaker> maker;
+  if (options.remote.queue.empty()) {
+    maker = std::make_unique<LocalCellMaker>(
+        CellTools{.limits = limits, .scenes = scenes, .workers = pool}, *files);
+  } else {
+    maker = std::make_unique<RemoteCells>(options.remote, *files, scenes, limits);
+  }
+  const SweepRun::Summary summary = run->run(*maker, listener, stop.get_token());
   print(api::sweep_summary_json({.sweep = id,
                                  .cells = summary.cells,
                                  .kept = summary.kept,
