@@ -10,7 +10,7 @@
 
 #include "server/log.h"
 #include "server/nats_queue.h"
-#include "tests/http/program.h"
+#include "tests/http/background.h"
 #include "tests/http/test_server.h"
 
 namespace fstop::test {

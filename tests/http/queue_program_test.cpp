@@ -21,6 +21,7 @@
 #include "server/content_folder.h"
 #include "server/http_file_store.h"
 #include "server/nats_cell_maker.h"
+#include "tests/http/program.h"
 #include "tests/http/queue_fixture.h"
 
 namespace fstop::test {
