@@ -1,5 +1,6 @@
 #include "api/cell_json.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "api/json_reader.h"
@@ -26,11 +27,41 @@ bool is_plain_name(std::string_view name) {
   return !name.empty() && name.front() != '.';
 }
 
+bool is_relative_path(std::string_view path) {
+  for (std::size_t at = 0; at <= path.size();) {
+    const std::size_t slash = std::min(path.find('/', at), path.size());
+    if (!is_plain_name(path.substr(at, slash - at))) return false;
+    at = slash + 1;
+  }
+  return true;
+}
+
 std::string hash_of(ObjectReader& reader, std::string_view key, bool required) {
   std::string hash = required ? reader.text(key, kHashDigits) : reader.text(key, kHashDigits, "");
   if ((required || !hash.empty()) && !is_sha256(hash) && reader.clean())
     reader.fault(key, "must be a SHA-256: 64 lower-case hexadecimal digits");
   return hash;
+}
+
+nlohmann::ordered_json files_json(const std::vector<CellFileRecord>& files) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const CellFileRecord& file : files)
+    list.push_back({{"name", file.name}, {"sha256", file.sha256}, {"bytes", file.bytes}});
+  return list;
+}
+
+std::vector<CellFileRecord> files_of(ObjectReader& root, std::string_view key,
+                                     bool (*is_name)(std::string_view)) {
+  std::vector<CellFileRecord> files;
+  for (ObjectReader& reader : root.objects(key, kMostFiles)) {
+    CellFileRecord& file = files.emplace_back();
+    file.name = reader.text("name", kMostNameBytes);
+    if (!is_name(file.name)) reader.fault("name", "must be a plain file name");
+    file.sha256 = hash_of(reader, "sha256", true);
+    file.bytes = static_cast<std::uint64_t>(reader.integer("bytes", 0, kMostBytes));
+    reader.reject_unread_members();
+  }
+  return files;
 }
 
 }  // namespace
@@ -43,6 +74,7 @@ bool is_sha256(std::string_view text) {
 std::string to_json(const CellOrder& order) {
   nlohmann::ordered_json value = {{"engine", order.engine}};
   if (!order.scene.empty()) value["scene"] = order.scene;
+  if (!order.scene_files.empty()) value["scene_files"] = files_json(order.scene_files);
   value["sweep"] = order.sweep;
   value["index"] = order.index;
   if (order.stored_request.empty()) {
@@ -55,9 +87,7 @@ std::string to_json(const CellOrder& order) {
 
 std::string to_json(const CellRecord& record) {
   nlohmann::ordered_json value = {{"index", record.index}, {"render", record.render_id}};
-  auto& files = value["files"] = nlohmann::ordered_json::array();
-  for (const CellFileRecord& file : record.files)
-    files.push_back({{"name", file.name}, {"sha256", file.sha256}, {"bytes", file.bytes}});
+  value["files"] = files_json(record.files);
   if (!record.report.empty()) value["report"] = record.report;
   if (!record.problem.empty()) value["problem"] = record.problem;
   return json_text(value);
@@ -71,6 +101,7 @@ CellOrder parse_cell_order(std::string_view text, const Limits& limits) {
   ObjectReader root(value, "#", faults, normal);
   order.engine = root.text("engine", kMostNameBytes);
   order.scene = hash_of(root, "scene", false);
+  order.scene_files = files_of(root, "scene_files", is_relative_path);
   order.sweep = root.text("sweep", kMostNameBytes);
   order.index = static_cast<std::uint32_t>(root.integer("index", 0, kMostIndex));
   order.request = root.text("request", kMostTextBytes, "");
@@ -90,14 +121,7 @@ CellRecord parse_cell_record(std::string_view text, const Limits& limits) {
   ObjectReader root(value, "#", faults, normal);
   record.index = static_cast<std::uint32_t>(root.integer("index", 0, kMostIndex));
   record.render_id = root.text("render", kMostNameBytes, "");
-  for (ObjectReader& reader : root.objects("files", kMostFiles)) {
-    CellFileRecord& file = record.files.emplace_back();
-    file.name = reader.text("name", kMostNameBytes);
-    if (!is_plain_name(file.name)) reader.fault("name", "must be a plain file name");
-    file.sha256 = hash_of(reader, "sha256", true);
-    file.bytes = static_cast<std::uint64_t>(reader.integer("bytes", 0, kMostBytes));
-    reader.reject_unread_members();
-  }
+  record.files = files_of(root, "files", is_plain_name);
   record.report = root.text("report", kMostTextBytes, "");
   record.problem = root.text("problem", kMostTextBytes, "");
   if (!record.problem.empty() && !record.files.empty()) root.fault("has both files and a problem");

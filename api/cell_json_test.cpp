@@ -45,6 +45,27 @@ TEST(CellJson, OrdersComeBackByteByByte) {
   EXPECT_EQ(parse_cell_order(to_json(large), Limits{}).stored_request, kHash);
 }
 
+TEST(CellJson, OrdersNameTheFilesOfTheirScenes) {
+  const auto order = [](const std::string& name) {
+    return CellOrder{.engine = "fstop/1",
+                     .scene = kHash,
+                     .scene_files = {{name, kHash, 5}},
+                     .sweep = kHash,
+                     .index = 0,
+                     .request = "{}"};
+  };
+  for (const char* name : {"scene.json", "textures/wall.png", "a/b/c_d-e.obj"}) {
+    const CellOrder back = parse_cell_order(to_json(order(name)), Limits{});
+    ASSERT_EQ(back.scene_files.size(), 1U);
+    EXPECT_EQ(back.scene_files[0].name, name);
+    EXPECT_EQ(back.scene_files[0].sha256, kHash);
+    EXPECT_EQ(back.scene_files[0].bytes, 5U);
+  }
+  for (const char* name : {"", "/etc/passwd", "../up", "a/../b", "a//b", "a/", "a/.b"}) {
+    EXPECT_EQ(fault_of(parse_cell_order, to_json(order(name))), "#/scene_files/0/name") << name;
+  }
+}
+
 TEST(CellJson, RecordsComeBackByteByByte) {
   const CellRecord made = record();
   const CellRecord back = parse_cell_record(to_json(made), Limits{});

@@ -155,7 +155,12 @@ class NatsCellMaker::Run {
                          .sweep = cell.sweep,
                          .index = cell.index,
                          .request = cell.request};
-    if (services_.scene_hash) order.scene = scene_hash(cell);
+    if (services_.scene_of) {
+      const SceneOrder scene = scene_of(cell);
+      order.scene = scene.hash;
+      for (const CellFile& file : scene.files)
+        order.scene_files.push_back({file.name, file.sha256, file.bytes});
+    }
     std::string text = api::to_json(order);
     if (text.size() <= NatsQueue::kMostMessageBytes) return text;
     order.stored_request = services_.store.put(cell.request);
@@ -163,11 +168,11 @@ class NatsCellMaker::Run {
     return api::to_json(order);
   }
 
-  // Of a scene that cannot be read the workers say what is wrong with it.
-  std::string scene_hash(const SweepCell& cell) const {
+  // Of a scene that is wrong the workers say what is wrong with it.
+  SceneOrder scene_of(const SweepCell& cell) const {
     try {
-      return services_.scene_hash(cell);
-    } catch (const Error&) {
+      return services_.scene_of(cell);
+    } catch (const api::InvalidRequest&) {
       return {};
     }
   }

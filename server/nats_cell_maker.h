@@ -11,6 +11,7 @@
 
 #include "server/log.h"
 #include "server/nats_queue.h"
+#include "server/scene_orders.h"
 #include "server/sweep_cells.h"
 
 namespace fstop::server {
@@ -26,8 +27,8 @@ class NatsCellMaker : public CellMaker {
     Log& log;
     /// Whether a file that a worker has put is there.
     std::function<bool(const CellFile&)> is_kept;
-    /// The hash of the scene of a cell, so that no worker makes it with another one; may be absent.
-    std::function<std::string(const SweepCell&)> scene_hash = {};
+    /// The scene that a cell must be made with; absent: what each worker finds.
+    std::function<SceneOrder(const SweepCell&)> scene_of = {};
     /// Whether cells stay in the queue where `stop` is requested now: of a server that ends and
     /// will come again. Absent: they do not.
     std::function<bool()> leaves_cells = {};

@@ -207,7 +207,7 @@ void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
   try {
     WaitingStore store(*this);
     const SweepCell cell{order.sweep, order.index, request_of(order, store)};
-    if (!order.scene.empty() && !has_scene(cell, order.scene)) {
+    if (!services_.has_scene(cell, order, store)) {
       uncount_attempt(key);
       return leave_to_others(delivery, "a worker that has the scene of cell " + key);
     }
@@ -239,14 +239,6 @@ std::string QueueWorker::request_of(const api::CellOrder& order, ContentStore& s
   auto request = store.get(order.stored_request);
   if (!request) throw Error(ErrorCode::not_found, "its request is not in the results store");
   return *std::move(request);
-}
-
-bool QueueWorker::has_scene(const SweepCell& cell, const std::string& hash) {
-  try {
-    return services_.scene_hash(cell) == hash;
-  } catch (const Error&) {
-    return false;
-  }
 }
 
 // How many there are with this one. What a process began that ended meanwhile is counted.

@@ -48,8 +48,9 @@ class QueueWorker {
     Log& log;
     /// As server/cell_work.h: make_cell.
     std::function<CellOutcome(const SweepCell&, ContentStore&, std::stop_token)> make_cell;
-    /// The hash of the scene that this program finds for a cell; may throw what make_cell throws.
-    std::function<std::string(const SweepCell&)> scene_hash;
+    /// Whether this program has the scene of the order, or has fetched it from the store: then
+    /// the next make_cell is of this cell.
+    std::function<bool(const SweepCell&, const api::CellOrder&, ContentStore&)> has_scene;
   };
   struct Options {
     std::string name = {};   // among workers: letters, digits, - and _
@@ -71,7 +72,6 @@ class QueueWorker {
   void attempt(Delivery& delivery, const api::CellOrder& order);
   void leave_to_others(Delivery& delivery, const std::string& whom);
   static std::string request_of(const api::CellOrder& order, ContentStore& store);
-  bool has_scene(const SweepCell& cell, const std::string& hash);
   int counted_attempt(const std::string& key);
   void uncount_attempt(const std::string& key);
   void record(const std::string& key, const CellOutcome& outcome);

@@ -9,7 +9,6 @@
 #include <thread>
 #include <unistd.h>
 
-#include "api/scene_store.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "server/cell_work.h"
@@ -18,6 +17,7 @@
 #include "server/log.h"
 #include "server/nats_queue.h"
 #include "server/queue_worker.h"
+#include "server/worker_scenes.h"
 
 namespace fstop::server {
 namespace {
@@ -92,11 +92,10 @@ int queue_worker(const QueueWorkerOptions& options) {
       std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * options.drain_s)));
   Log log(options.log_file);
   const api::Limits limits;
-  const api::SceneStore scene_store(
-      {options.scenes_dir.empty() ? bundled_scenes() : fs::path(options.scenes_dir)}, limits);
-  CellScenes scenes(scene_store, limits);
+  WorkerScenes scenes(options.scenes_dir.empty() ? bundled_scenes() : fs::path(options.scenes_dir),
+                      limits);
+  CellScenes* chosen = nullptr;
   WorkerPool pool(options.threads);
-  const CellTools tools{.limits = limits, .scenes = scenes, .workers = pool};
   HttpFileStore store(options.results, token);
   const std::string name = worker_name();
   NatsQueue queue({.url = options.queue, .name = "fstop worker " + name}, log);
@@ -106,12 +105,13 @@ int queue_worker(const QueueWorkerOptions& options) {
        .log = log,
        .make_cell =
            [&](const SweepCell& cell, ContentStore& files, std::stop_token stop) {
+             const CellTools tools{.limits = limits, .scenes = *chosen, .workers = pool};
              return make_cell(cell, tools, files, std::move(stop));
            },
-       .scene_hash =
-           [&](const SweepCell& cell) {
-             return scenes.scene(api::parse_render_request(cell.request, limits, scenes.names()))
-                 .hash;
+       .has_scene =
+           [&](const SweepCell& cell, const api::CellOrder& order, ContentStore& files) {
+             chosen = scenes.with(cell, order, files);
+             return chosen != nullptr;
            }},
       {.name = name, .most_attempts = options.attempts, .store = store.address()});
   log.event("working", {{"queue", queue.address()},

@@ -2,35 +2,22 @@
 
 #include <optional>
 #include <utility>
-#include <variant>
 
-#include "api/render_request.h"
 #include "server/config.h"
 #include "server/nats_cell_maker.h"
 #include "server/patient_store.h"
 
 namespace fstop::server {
 
-std::string SceneHashes::of(const SweepCell& cell) {
-  const api::RenderRequest request =
-      api::parse_render_request(cell.request, limits_, scenes_.names());
-  const auto* name = std::get_if<std::string>(&request.scene);
-  if (name == nullptr) return {};
-  const std::lock_guard lock(mutex_);
-  auto known = by_name_.find(*name);
-  if (known == by_name_.end()) known = by_name_.emplace(*name, scenes_.scene(request).hash).first;
-  return known->second;
-}
-
 // What the queue says, the listener tells.
-RemoteCells::RemoteCells(const RemotePlace& place, ContentFolder& files, CellScenes& scenes,
-                         const api::Limits& limits)
+RemoteCells::RemoteCells(const RemotePlace& place, ContentFolder& files,
+                         const api::SceneStore& scenes, const api::Limits& limits)
     : files_(files),
-      hashes_(scenes, limits),
       log_("/dev/null"),
       store_(place.results,
              place.token_file.empty() ? "" : secret_of(place.token_file, "--token-file")),
-      queue_({.url = place.queue, .name = "fstop sweep"}, log_) {}
+      queue_({.url = place.queue, .name = "fstop sweep"}, log_),
+      scenes_(scenes, limits, store_) {}
 
 void RemoteCells::make(const std::vector<SweepCell>& cells, const Listener& listener,
                        std::stop_token stop) {
@@ -45,7 +32,7 @@ void RemoteCells::make(const std::vector<SweepCell>& cells, const Listener& list
                  .store = store_,
                  .log = log_,
                  .is_kept = fetched,
-                 .scene_hash = [this](const SweepCell& cell) { return hashes_.of(cell); }})
+                 .scene_of = [this](const SweepCell& cell) { return scenes_.of(cell); }})
       .make(cells, listener, std::move(stop));
 }
 

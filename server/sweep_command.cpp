@@ -97,7 +97,7 @@ int run_sweep(const std::string& recipe, const fs::path& folder, const SweepOpti
     maker = std::make_unique<LocalCellMaker>(
         CellTools{.limits = limits, .scenes = scenes, .workers = pool}, *files);
   } else {
-    maker = std::make_unique<RemoteCells>(options.remote, *files, scenes, limits);
+    maker = std::make_unique<RemoteCells>(options.remote, *files, store, limits);
   }
   const SweepRun::Summary summary = run->run(*maker, listener, stop.get_token());
   print(api::sweep_summary_json({.sweep = id,

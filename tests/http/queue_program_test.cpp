@@ -21,6 +21,7 @@
 #include "server/content_folder.h"
 #include "server/http_file_store.h"
 #include "server/nats_cell_maker.h"
+#include "server/scene_orders.h"
 #include "tests/http/program.h"
 #include "tests/http/queue_fixture.h"
 
@@ -57,10 +58,12 @@ class QueuePrograms : public Queue {
         port_);
   }
 
-  std::unique_ptr<BackgroundProcess> started_worker(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments = {"worker",       "--queue",   nats_.url(),
-                                          "--results",    results(),   "--scenes-dir",
-                                          path("scenes"), "--threads", "1"};
+  // `scenes`: the folder of its own ones.
+  std::unique_ptr<BackgroundProcess> started_worker(const std::vector<std::string>& more = {},
+                                                    const std::string& scenes = "scenes") {
+    std::vector<std::string> arguments = {"worker",     "--queue",   nats_.url(),
+                                          "--results",  results(),   "--scenes-dir",
+                                          path(scenes), "--threads", "1"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return std::make_unique<BackgroundProcess>(BackgroundProcess::fstop(
         arguments, folder_.path() / ("worker-" + std::to_string(++workers_) + ".log")));
@@ -104,20 +107,41 @@ Outcomes made_here(const std::vector<server::SweepCell>& cells, const std::strin
   return outcomes;
 }
 
+// A scene with a file, in the place of the scene "tiny" in a request.
+void write_scene_with_mesh(const TemporaryFolder& folder) {
+  folder.write("scenes/mesh/scene.json", R"({
+    "format": "fstop-scene/1",
+    "materials": {"m": {"model": "unlit", "emission": [0.9, 0.5, 0.1]}},
+    "objects": [{"type": "mesh", "file": "parts/triangle.ply", "material": "m"}]
+  })");
+  folder.write("scenes/mesh/parts/triangle.ply",
+               "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+               "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+               "end_header\n-1 -1 -3\n1 -1 -3\n0 1 -3\n3 0 1 2\n");
+}
+
 TEST_F(QueuePrograms, KillsOfAWorkerAndTheServerLoseNothingAndRepeatNothing) {
   constexpr std::uint32_t kCells = 40;
   std::vector<server::SweepCell> cells;
   for (std::uint32_t i = 0; i < kCells; ++i)
     cells.push_back({kSweep, i, tiny_request(static_cast<int>(i))});
   cells[7].request = R"({"scene": "none"})";  // it cannot be made, here or there
+  write_scene_with_mesh(folder_);
+  for (std::uint32_t i = 30; i < kCells; ++i)
+    cells[i].request.replace(cells[i].request.find("tiny"), 4, "mesh");
   const auto queue = connected(1s);
   auto first = started_worker();
-  auto second = started_worker();
+  auto second = started_worker({}, "none");  // it must fetch every scene
   server::HttpFileStore store(results(), "");
+  const api::Limits limits;
+  const api::SceneStore scenes({path("scenes")}, limits);
+  server::SceneOrders orders(scenes, limits, store);
   server::NatsCellMaker maker(
-      {.queue = *queue, .store = store, .log = log_, .is_kept = [&](const server::CellFile& file) {
-         return store.has(file);
-       }});
+      {.queue = *queue,
+       .store = store,
+       .log = log_,
+       .is_kept = [&](const server::CellFile& file) { return store.has(file); },
+       .scene_of = [&](const server::SweepCell& cell) { return orders.of(cell); }});
   Outcomes outcomes;
   std::vector<std::string> waits;
   maker.make(cells,

@@ -49,12 +49,16 @@ class QueueWorking : public Queue {
 
   server::QueueWorker worker(Make make, server::ContentStore& store, int most_attempts = 3,
                              std::string scene = {}) {
-    return {{.queue = *queue_,
-             .store = store,
-             .log = log_,
-             .make_cell = std::move(make),
-             .scene_hash = [scene](const server::SweepCell&) { return scene; }},
-            {.name = "tester", .most_attempts = most_attempts, .store = "here"}};
+    return {
+        {.queue = *queue_,
+         .store = store,
+         .log = log_,
+         .make_cell = std::move(make),
+         .has_scene =
+             [scene](const server::SweepCell&, const api::CellOrder& order, server::ContentStore&) {
+               return order.scene.empty() || order.scene == scene;
+             }},
+        {.name = "tester", .most_attempts = most_attempts, .store = "here"}};
   }
 
   static std::vector<server::SweepCell> cells(std::uint32_t count) {
