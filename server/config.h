@@ -53,7 +53,7 @@ struct ServerConfig {
   std::string program = "/proc/self/exe";     // what reads them, locked in
   std::string worker_program = {};            // what renders: beside fstop
   std::filesystem::path result_folder = {};   // empty: results stay in memory
-  std::filesystem::path content_folder = {};  // of files by their hash; empty: none are taken
+  std::filesystem::path file_folder = {};  // of files by their hash; empty: none are taken
   std::string queue = {};                     // empty: cells are made here
   std::optional<std::chrono::milliseconds> ack_wait = {};
   std::string web_root = {};

@@ -112,9 +112,9 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .program = config.program}),
       measurement_calls_(
           {.limits = config_.limits, .log = log_, .renders = renders_, .program = config.program}),
-      contents_(config.content_folder.empty()
+      contents_(config.file_folder.empty()
                     ? nullptr
-                    : std::make_unique<ContentFolder>(config.content_folder)),
+                    : std::make_unique<ContentFolder>(config.file_folder)),
       file_calls_(contents_ ? std::make_unique<FileCalls>(*contents_) : nullptr),
       queue_(queue_shape()),
       charts_({.slots = 1,

@@ -106,7 +106,7 @@ TestServer::TestServer(Options options) {
       .program = FSTOP_PROGRAM,
       .worker_program = FSTOP_WORKER,
       .result_folder = options.result_folder,
-      .content_folder = options.content_folder,
+      .file_folder = options.file_folder,
       .web_root = (folder_.path() / "web").string(),
       .scene_folders = {folder_.path() / "scenes"},
       .limits = options.limits};
