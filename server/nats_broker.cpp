@@ -12,6 +12,7 @@ namespace {
 constexpr std::int64_t kMillisecond = 1'000'000;  // JetStream's configurations count nanoseconds
 constexpr std::int64_t kSecond = 1000 * kMillisecond;
 constexpr std::int64_t kPingMs = 5000;  // a broker that is silent for twice this has gone
+constexpr std::chrono::seconds kClosing{10};
 constexpr std::int64_t kReconnectMs = 500;
 constexpr std::int64_t kDuplicates = 120 * kSecond;
 constexpr std::int64_t kForgetAfter = 7 * 24 * 3600 * kSecond;
@@ -61,6 +62,15 @@ std::string shown_addresses(const std::string& list) {
   return text;
 }
 
+NatsQueue::Broker::~Broker() {
+  subscription.reset();
+  if (!connection) return;
+  natsConnection_Close(connection.get());
+  // Callbacks come on a thread of the library's: the last one says so.
+  std::unique_lock lock(mutex);
+  closed.wait_for(lock, kClosing, [this] { return is_closed; });
+}
+
 void NatsQueue::Broker::require(natsStatus status, int code) {
   if (status == NATS_OK) return;
   is_prepared = false;
@@ -97,6 +107,13 @@ void NatsQueue::Broker::connect(const std::string& shown_address) {
     auto& broker = *static_cast<Broker*>(self);
     broker.log.warning("queue_disconnected", {{"queue", broker.address}});
   };
+  const auto ended = [](natsConnection*, void* self) {
+    auto& broker = *static_cast<Broker*>(self);
+    const std::lock_guard lock(broker.mutex);
+    broker.is_closed = true;
+    broker.closed.notify_all();
+  };
+  check(natsOptions_SetClosedCB(made, ended, this));
   // The library's own handler writes to standard error, where a log of JSON lines stands.
   const auto ignored = [](natsConnection*, natsSubscription*, natsStatus, void*) {};
   check(natsOptions_SetErrorHandler(made, ignored, nullptr));
@@ -120,7 +137,7 @@ void NatsQueue::Broker::make_stream() {
   natsStatus status = js_GetStreamInfo(&found, context.get(), kCellStream, nullptr, &code);
   const StreamInfo info(found);
   if (status == NATS_OK) return;
-  if (status != NATS_NOT_FOUND) require(status, code);
+  if (code != JSStreamNotFoundErr && status != NATS_NOT_FOUND) require(status, code);
   const char* subjects = kCellSubjects;
   jsStreamConfig config;
   jsStreamConfig_Init(&config);
@@ -146,8 +163,8 @@ void NatsQueue::Broker::make_consumer() {
   natsStatus status =
       js_GetConsumerInfo(&found, context.get(), kCellStream, kCellConsumer, nullptr, &code);
   const ConsumerInfo info(found);
-  if (status != NATS_OK && status != NATS_NOT_FOUND) require(status, code);
   const bool is_there = status == NATS_OK;
+  if (code != JSConsumerNotFoundErr && status != NATS_NOT_FOUND) require(status, code);
   if (is_there) ack_wait = std::chrono::milliseconds(info->Config->AckWait / kMillisecond);
   if (is_there && (!settings.ack_wait || *settings.ack_wait == ack_wait)) return;
   ack_wait = settings.ack_wait.value_or(kUsualAckWait);
@@ -170,7 +187,7 @@ void NatsQueue::Broker::make_tables() {
   for (std::size_t i = 0; i < kBucketNames.size(); ++i) {
     kvStore* store = nullptr;
     natsStatus status = js_KeyValue(&store, context.get(), kBucketNames[i]);
-    if (status == NATS_NOT_FOUND) {
+    if (status != NATS_OK) {
       kvConfig config;
       kvConfig_Init(&config);
       config.Bucket = kBucketNames[i];
@@ -182,22 +199,19 @@ void NatsQueue::Broker::make_tables() {
       status = js_CreateKeyValue(&store, context.get(), &config);
     }
     require(status);
-    made[i].reset(store);
+    made[i] = Table(store, kvStore_Destroy);
   }
-  former_tables.push_back(std::move(tables));
   tables = std::move(made);
-}
-
-void NatsQueue::Broker::forget() {
-  subscription.reset();
-  former_tables.clear();
-  for (Table& each : tables) each.reset();
 }
 
 void NatsQueue::Broker::prepare() {
   if (is_prepared) return;
-  if (natsConnection_Status(connection.get()) != NATS_CONN_STATUS_CONNECTED)
-    throw QueueUnreachable("no connection");
+  if (natsConnection_Status(connection.get()) != NATS_CONN_STATUS_CONNECTED) {
+    const char* why = nullptr;
+    natsConnection_GetLastError(connection.get(), &why);
+    throw QueueUnreachable(why == nullptr || *why == '\0' ? "no connection"
+                                                          : std::string("no connection, ") + why);
+  }
   if (!context) {
     jsOptions options;
     jsOptions_Init(&options);
@@ -218,10 +232,10 @@ jsCtx* NatsQueue::Broker::jetstream() {
   return context.get();
 }
 
-kvStore* NatsQueue::Broker::table(Bucket bucket) {
+Table NatsQueue::Broker::table(Bucket bucket) {
   const std::lock_guard lock(mutex);
   prepare();
-  return tables[static_cast<std::size_t>(bucket)].get();
+  return tables[static_cast<std::size_t>(bucket)];
 }
 
 // For the one thread that takes cells.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -25,7 +26,7 @@ using Owned = std::unique_ptr<T, Destroyer<T, destroy>>;
 using Options = Owned<natsOptions, natsOptions_Destroy>;
 using NatsConnection = Owned<natsConnection, natsConnection_Destroy>;
 using Context = Owned<jsCtx, jsCtx_Destroy>;
-using Table = Owned<kvStore, kvStore_Destroy>;
+using Table = std::shared_ptr<kvStore>;
 using Subscription = Owned<natsSubscription, natsSubscription_Destroy>;
 using ConsumerInfo = Owned<jsConsumerInfo, jsConsumerInfo_Destroy>;
 using StreamInfo = Owned<jsStreamInfo, jsStreamInfo_Destroy>;
@@ -51,11 +52,7 @@ std::string shown_addresses(const std::string& list);
 /// The connection and what stands on the broker.
 struct NatsQueue::Broker {
   Broker(Settings given, Log& its_log) : settings(std::move(given)), log(its_log) {}
-  ~Broker() {
-    forget();
-    // No callback may come once this has gone.
-    if (connection) natsConnection_Close(connection.get());
-  }
+  ~Broker();
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;
 
@@ -64,11 +61,10 @@ struct NatsQueue::Broker {
   void make_stream();
   void make_consumer();
   void make_tables();
-  void forget();
   /// Makes sure that all is there. Under the mutex.
   void prepare();
   jsCtx* jetstream();
-  kvStore* table(Bucket bucket);
+  Table table(Bucket bucket);
   natsSubscription* cells();
 
   Settings settings;
@@ -82,8 +78,8 @@ struct NatsQueue::Broker {
   Subscription subscription = {};
   std::chrono::milliseconds ack_wait = kUsualAckWait;
   bool is_prepared = false;
-  // Objects that others may use at this instant: they go with the connection.
-  std::vector<std::array<Table, kBucketNames.size()>> former_tables = {};
+  bool is_closed = false;  // for good: no callback comes any more
+  std::condition_variable closed = {};
 };
 
 }  // namespace fstop::server

@@ -188,9 +188,9 @@ std::chrono::milliseconds NatsQueue::ack_wait() {
 
 bool NatsQueue::create(Bucket bucket, const std::string& key, std::string_view text) {
   return reached("writing a value", [&](Broker& broker) {
-    kvStore* table = broker.table(bucket);
-    const natsStatus status =
-        kvStore_Create(nullptr, table, key.c_str(), text.data(), static_cast<int>(text.size()));
+    const Table table = broker.table(bucket);
+    const natsStatus status = kvStore_Create(nullptr, table.get(), key.c_str(), text.data(),
+                                             static_cast<int>(text.size()));
     if (status == NATS_OK) return true;
     const std::string cause = cause_of(status);
     if (get(bucket, key)) return false;
@@ -201,7 +201,7 @@ bool NatsQueue::create(Bucket bucket, const std::string& key, std::string_view t
 std::optional<NatsQueue::Value> NatsQueue::get(Bucket bucket, const std::string& key) {
   return reached("reading a value", [&](Broker& broker) -> std::optional<Value> {
     kvEntry* found = nullptr;
-    const natsStatus status = kvStore_Get(&found, broker.table(bucket), key.c_str());
+    const natsStatus status = kvStore_Get(&found, broker.table(bucket).get(), key.c_str());
     const OneEntry entry(found);
     if (status == NATS_NOT_FOUND) return std::nullopt;
     if (status != NATS_OK) throw QueueUnreachable(cause_of(status));
@@ -212,7 +212,7 @@ std::optional<NatsQueue::Value> NatsQueue::get(Bucket bucket, const std::string&
 bool NatsQueue::update(Bucket bucket, const std::string& key, std::string_view text,
                        std::uint64_t revision) {
   return reached("writing a value", [&](Broker& broker) {
-    const natsStatus status = kvStore_Update(nullptr, broker.table(bucket), key.c_str(),
+    const natsStatus status = kvStore_Update(nullptr, broker.table(bucket).get(), key.c_str(),
                                              text.data(), static_cast<int>(text.size()), revision);
     if (status == NATS_OK) return true;
     const std::string cause = cause_of(status);
@@ -224,15 +224,15 @@ bool NatsQueue::update(Bucket bucket, const std::string& key, std::string_view t
 
 void NatsQueue::put(Bucket bucket, const std::string& key, std::string_view text) {
   reached("writing a value", [&](Broker& broker) {
-    const natsStatus status = kvStore_Put(nullptr, broker.table(bucket), key.c_str(), text.data(),
-                                          static_cast<int>(text.size()));
+    const natsStatus status = kvStore_Put(nullptr, broker.table(bucket).get(), key.c_str(),
+                                          text.data(), static_cast<int>(text.size()));
     if (status != NATS_OK) throw QueueUnreachable(cause_of(status));
   });
 }
 
 void NatsQueue::remove(Bucket bucket, const std::string& key) {
   reached("removing a value", [&](Broker& broker) {
-    const natsStatus status = kvStore_Delete(broker.table(bucket), key.c_str());
+    const natsStatus status = kvStore_Delete(broker.table(bucket).get(), key.c_str());
     if (status != NATS_OK && status != NATS_NOT_FOUND) throw QueueUnreachable(cause_of(status));
   });
 }
@@ -261,7 +261,8 @@ NatsQueue::Watch NatsQueue::watch(Bucket bucket, const std::string& prefix) {
     auto feed = std::make_unique<Watch::Feed>();
     kvWatcher* made = nullptr;
     const std::string keys = prefix + ">";
-    const natsStatus status = kvStore_Watch(&made, broker.table(bucket), keys.c_str(), &options);
+    const natsStatus status =
+        kvStore_Watch(&made, broker.table(bucket).get(), keys.c_str(), &options);
     feed->watcher.reset(made);
     if (status != NATS_OK) throw QueueUnreachable(cause_of(status));
     return Watch(std::move(feed));
