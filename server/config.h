@@ -49,6 +49,8 @@ struct ServerConfig {
   std::string program = "/proc/self/exe";    // what reads them, locked in
   std::string worker_program = {};           // what renders: beside fstop
   std::filesystem::path result_folder = {};  // empty: results stay in memory
+  std::filesystem::path sweep_folder = {};   // empty: no sweeps are taken
+  std::filesystem::path file_folder = {};    // of their files
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first
   api::Limits limits = {};

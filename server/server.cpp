@@ -112,11 +112,29 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .program = config.program}),
       measurement_calls_(
           {.limits = config_.limits, .log = log_, .renders = renders_, .program = config.program}),
+      sweep_calls_({.limits = config_.limits,
+                    .log = log_,
+                    .readers = readers_,
+                    .queue = sweeps_,
+                    .jobs = jobs_,
+                    .cells = {.limits = config_.limits,
+                              .queue = queue_,
+                              .work = work_,
+                              .renders = renders_,
+                              .scenes = scenes_,
+                              .costs = costs_},
+                    .folder = config.sweep_folder,
+                    .file_folder = config.file_folder,
+                    .draining = draining_}),
       queue_(queue_shape()),
       charts_({.slots = 1,
                .most_queued = config.limits.queued_charts,
                .most_queued_per_client = config.limits.queued_charts,
                .niceness = kChartNiceness}),
+      sweeps_({.slots = 1,
+               .most_queued = config.limits.queued_sweeps,
+               .most_queued_per_client = config.limits.queued_sweeps,
+               .niceness = kReaderNiceness}),
       access_({.address = config.address,
                .token = config.token,
                .url_key = config.url_key,
@@ -167,6 +185,7 @@ void Server::add_routes() {
   chart_calls_.add_to(routes_);
   scene_calls_.add_to(routes_);
   measurement_calls_.add_to(routes_);
+  sweep_calls_.add_to(routes_);
   add_probes(routes_);
   add_docs();
   const auto add = [this](verb method, const char* pattern,
@@ -229,6 +248,7 @@ Reply Server::psf_reply(const Request& request) {
 
 void Server::run() {
   listener_.start();
+  asio::co_spawn(io_, sweep_calls_.resume(), asio::detached);
   std::jthread probes;
   if (probe_listener_) {
     probe_listener_->start();
@@ -259,6 +279,9 @@ void Server::drain() {
                           {"jobs", jobs_.active()},
                           {"running", counts.running},
                           {"queued", counts.queued}});
+  // What a sweep has done is kept: the next process goes on with it.
+  sweeps_.close();
+  sweeps_.cancel_all();
   asio::co_spawn(io_, drain_deadline(), asio::detached);
   listener_.finish([this] { asio::co_spawn(io_, stop_when_idle(), asio::detached); });
 }

@@ -29,6 +29,7 @@
 #include "server/scene_cache.h"
 #include "server/scene_calls.h"
 #include "server/static_files.h"
+#include "server/sweep_calls.h"
 #include "server/worker_crew.h"
 #include "server/workers.h"
 
@@ -58,6 +59,7 @@ class Server {
   std::uint16_t probe_port() const { return probe_listener_ ? probe_listener_->port() : 0; }
 
   RenderQueue::Counts render_counts() const { return queue_.counts(); }
+  RenderQueue::Counts sweep_counts() const { return sweeps_.counts(); }
   RenderQueue::Counts chart_counts() const { return charts_.counts(); }
   SceneCache::Counts scene_counts() const { return scenes_.counts(); }
   WorkerCrew::Counts worker_counts() const {
@@ -101,8 +103,10 @@ class Server {
   ChartCalls chart_calls_;
   SceneCalls scene_calls_;
   MeasurementCalls measurement_calls_;
+  SweepCalls sweep_calls_;
   RenderQueue queue_;  // its threads end before what they use
   RenderQueue charts_;
+  RenderQueue sweeps_;  // ends before the queue of the renders that it leads
   AccessRules access_;
   Routes routes_;
   Listener listener_;
