@@ -52,6 +52,7 @@ struct Limits {
   // One sweep.
   std::size_t sweep_cells = 10'000;
   std::size_t sweep_axes = 8;
+  std::chrono::milliseconds sweep_time{std::chrono::hours(24)};  // predicted for all its cells
   std::size_t sweep_bytes = std::size_t{64} << 20;  // of its cells' requests, every default filled
 
   // One scene.
@@ -89,7 +90,8 @@ struct Limits {
   int idempotency_keys = 4096;
   std::chrono::milliseconds between_events{250};
   std::chrono::milliseconds event_silence{15'000};  // then a comment shows that the stream lives
-  int queued_charts = 2;  // one runs, on one thread; more are answered 503
+  int queued_sweeps = 16;  // one leads its cells at a time; more are answered 503
+  int queued_charts = 2;   // one runs, on one thread; more are answered 503
   std::size_t kept_result_bytes = std::size_t{512} << 20;  // in memory
   std::size_t kept_file_bytes = std::size_t{4} << 30;      // in the data directory
   std::size_t kept_scene_bytes = std::size_t{1} << 30;

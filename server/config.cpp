@@ -164,6 +164,7 @@ ServerConfig checked(const ServeOptions& options) {
     config.scene_folders.push_back(fs::path(options.data_dir) / "scenes");
     config.upload_folder = fs::path(options.data_dir) / "scenes";
     config.result_folder = fs::path(options.data_dir) / "results";
+    config.sweep_folder = fs::path(options.data_dir) / "sweeps";
     config.file_folder = fs::path(options.data_dir) / "files";
   }
   config.scene_folders.push_back(options.scenes_dir.empty() ? bundled_scenes()

@@ -91,7 +91,8 @@ int queue_worker(const QueueWorkerOptions& options) {
   WorkerSignals signals(
       std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * options.drain_s)));
   Log log(options.log_file);
-  const api::Limits limits;
+  api::Limits limits;
+  limits.body_bytes = limits.scene_bytes;  // a cell may bring its scene with it
   WorkerScenes scenes(options.scenes_dir.empty() ? bundled_scenes() : fs::path(options.scenes_dir),
                       limits);
   CellScenes* chosen = nullptr;

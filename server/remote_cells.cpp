@@ -36,4 +36,17 @@ void RemoteCells::make(const std::vector<SweepCell>& cells, const Listener& list
       .make(cells, listener, std::move(stop));
 }
 
+void ServedCells::make(const std::vector<SweepCell>& cells, const Listener& listener,
+                       std::stop_token stop) {
+  // Scenes may be replaced between sweeps.
+  SceneOrders scenes(services_.scenes, services_.limits, services_.files);
+  NatsCellMaker({.queue = services_.queue,
+                 .store = services_.files,
+                 .log = services_.log,
+                 .is_kept = [this](const CellFile& file) { return services_.files.has(file); },
+                 .scene_of = [&](const SweepCell& cell) { return scenes.of(cell); },
+                 .leaves_cells = [this] { return services_.draining.load(); }})
+      .make(cells, listener, std::move(stop));
+}
+
 }  // namespace fstop::server

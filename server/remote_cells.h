@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,26 @@ class RemoteCells : public CellMaker {
   HttpFileStore store_;
   NatsQueue queue_;
   SceneOrders scenes_;
+};
+
+/// Makes cells by workers elsewhere for a server, which keeps their files itself.
+class ServedCells : public CellMaker {
+ public:
+  struct Services {
+    NatsQueue& queue;
+    ContentFolder& files;  // what PUT /v1/files writes to
+    const api::SceneStore& scenes;
+    const api::Limits& limits;
+    Log& log;
+    const std::atomic<bool>& draining;  // then cells stay in the queue: the next server goes on
+  };
+  explicit ServedCells(const Services& services) : services_(services) {}
+  /// Throws: as NatsCellMaker::make.
+  void make(const std::vector<SweepCell>& cells, const Listener& listener,
+            std::stop_token stop) override;
+
+ private:
+  Services services_;
 };
 
 }  // namespace fstop::server

@@ -57,7 +57,9 @@ SweepRun::SweepRun(const api::SweepRequest& sweep, std::string id, fs::path fold
         ErrorCode::invalid_request,
         folder_.string() + " holds another sweep: of another recipe, scene or version of fstop");
   }
-  if (!there) state_.set_fact("sweep", id_);
+  if (there) return;
+  state_.set_fact("cells", std::to_string(sweep_.cells.size()));
+  state_.set_fact("sweep", id_);
 }
 
 bool SweepRun::is_in(const fs::path& folder) { return fs::exists(folder / kStateFile); }

@@ -31,7 +31,7 @@ class Files : public testing::Test {
  protected:
   static TestServer::Options options(const fs::path& folder, std::string token = {}) {
     TestServer::Options options;
-    options.file_folder = folder;
+    options.data_folder = folder;
     options.token = std::move(token);
     return options;
   }

@@ -60,8 +60,8 @@ class TestServer {
     std::vector<std::string> hosts = {};
     std::vector<std::string> origins = {};
     bool takes_scenes = false;
-    std::filesystem::path result_folder = {};   // empty: results stay in memory
-    std::filesystem::path file_folder = {};  // empty: no files by their hash
+    std::filesystem::path result_folder = {};  // empty: results stay in memory
+    std::filesystem::path data_folder = {};    // for sweeps; empty: none are taken
     std::string address = "127.0.0.1";
     server::Simulate simulate = {};  // empty: in worker processes
     int threads = 0;
