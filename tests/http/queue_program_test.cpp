@@ -50,12 +50,12 @@ class QueuePrograms : public Queue {
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
   std::string results() const { return "http://127.0.0.1:" + std::to_string(port_); }
 
-  void start_server() {
+  void start_server(const std::vector<std::string>& more = {}) {
     server_.reset();
-    server_ = std::make_unique<ServerProcess>(
-        folder_.path(),
-        std::vector<std::string>{"--data-dir", path("data"), "--scenes-dir", path("scenes")},
-        port_);
+    std::vector<std::string> arguments = {"--data-dir", path("data"), "--scenes-dir",
+                                          path("scenes")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    server_ = std::make_unique<ServerProcess>(folder_.path(), arguments, port_);
   }
 
   // `scenes`: the folder of its own ones.
@@ -172,6 +172,72 @@ TEST_F(QueuePrograms, KillsOfAWorkerAndTheServerLoseNothingAndRepeatNothing) {
     for (const server::CellFile& file : outcome.files)
       EXPECT_TRUE(store.get(file.sha256) == folder.get(file.sha256)) << index << " " << file.name;
   }
+}
+
+// The manifest of a sweep, once it is there; the server may be away meanwhile.
+std::string manifest_of(std::uint16_t port, const std::string& sweep) {
+  std::string manifest;
+  eventually(
+      [&] {
+        try {
+          const Answer answer = ask(port, "GET", "/v1/sweeps/" + sweep + "/manifest");
+          if (answer.status == 200) manifest = answer.body;
+        } catch (const std::runtime_error&) {  // nobody listens
+        }
+        return !manifest.empty();
+      },
+      120s);
+  return manifest;
+}
+
+std::string begun_sweep(std::uint16_t port, int cells) {
+  const std::string recipe = R"({"base": )" + tiny_request(0) +
+                             R"(, "axes": [{"member": "/seed", "range": {"from": 1, "to": )" +
+                             std::to_string(cells) + R"(, "count": )" + std::to_string(cells) +
+                             "}}]}";
+  const Answer answer = ask(port, "POST", "/v1/sweeps", {}, recipe);
+  EXPECT_EQ(answer.status, 202) << answer.body;
+  constexpr std::string_view kMember = "\"sweep\":\"";
+  const std::size_t at = answer.body.find(kMember);
+  return at == std::string::npos ? "" : answer.body.substr(at + kMember.size(), 64);
+}
+
+TEST_F(QueuePrograms, ASweepOfAServerOutlivesKillsOfAWorkerAndTheServer) {
+  constexpr int kCells = 40;
+  const std::vector<std::string> with_queue = {"--queue", nats_.url(), "--ack-wait-s", "1"};
+  server_->signal(SIGTERM);
+  EXPECT_EQ(server_->wait(), 0);
+  start_server(with_queue);
+  const std::string sweep = begun_sweep(port_, kCells);
+  auto first = started_worker();
+  auto second = started_worker();
+  const auto has_done = [](const BackgroundProcess& worker, int cells) {
+    return eventually([&] {
+      const std::string text = worker.error_text();
+      int done = 0;
+      for (std::size_t at = text.find("cell_done"); at != std::string::npos;
+           at = text.find("cell_done", at + 1))
+        ++done;
+      return done >= cells;
+    });
+  };
+  ASSERT_TRUE(has_done(*first, 3)) << first->error_text();
+  first->signal(SIGKILL);
+  first->wait();
+  first = started_worker();
+  ASSERT_TRUE(has_done(*second, 6)) << second->error_text();
+  server_->signal(SIGKILL);
+  EXPECT_EQ(server_->wait(), 128 + SIGKILL);
+  start_server(with_queue);
+  const std::string manifest = manifest_of(port_, sweep);
+  ASSERT_FALSE(manifest.empty()) << server_->log_text() << first->error_text();
+  EXPECT_NE(manifest.find("\"failures\":[]"), std::string::npos) << manifest.substr(0, 500);
+  // The same sweep by one server alone.
+  const TemporaryFolder alone;
+  const ServerProcess server(alone.path(), {"--data-dir", (alone.path() / "data").string(),
+                                            "--scenes-dir", path("scenes")});
+  EXPECT_EQ(begun_sweep(server.port(), kCells), sweep);
+  EXPECT_TRUE(manifest_of(server.port(), sweep) == manifest);
 }
 
 // A cell that ends its worker: here the test does, each time that it has begun.
