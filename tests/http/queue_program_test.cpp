@@ -22,6 +22,7 @@
 #include "server/http_file_store.h"
 #include "server/nats_cell_maker.h"
 #include "server/scene_orders.h"
+#include "tests/http/http_client.h"
 #include "tests/http/program.h"
 #include "tests/http/queue_fixture.h"
 
