@@ -43,6 +43,17 @@ CellOutcome given_up(std::uint32_t index, int attempts) {
   return {.index = index, .problem = api::to_json(problem)};
 }
 
+class AtEnd {
+ public:
+  explicit AtEnd(std::function<void()> act) : act_(std::move(act)) {}
+  ~AtEnd() { act_(); }
+  AtEnd(const AtEnd&) = delete;
+  AtEnd& operator=(const AtEnd&) = delete;
+
+ private:
+  std::function<void()> act_;
+};
+
 }  // namespace
 
 void QueuePatience::wait(std::string_view what, std::string_view why, const std::stop_token& stop) {
@@ -134,6 +145,8 @@ QueueWorker::QueueWorker(Services services, Options options)
       options_(std::move(options)),
       patience_(services_.queue, services_.log, options_.name) {}
 
+QueueWorker::~QueueWorker() = default;
+
 // What `act` returns, however long the queue is away.
 template <typename Act>
 auto QueueWorker::patiently(const Act& act) {
@@ -168,6 +181,17 @@ void QueueWorker::run(std::stop_token stop, std::stop_token abandon) {
   }
 }
 
+// No sign of life may come after these.
+void QueueWorker::finish(Delivery& delivery) {
+  heartbeat_.reset();
+  patiently([&] { delivery.done(); });
+}
+
+void QueueWorker::give_back(Delivery& delivery, milliseconds delay) {
+  heartbeat_.reset();
+  delivery.again(delay);
+}
+
 void QueueWorker::serve(Delivery& delivery) {
   const std::string key = delivery.key();
   const auto index = cell_index(key);
@@ -175,10 +199,11 @@ void QueueWorker::serve(Delivery& delivery) {
     services_.log.warning("cell_malformed", {{"cell", key}, {"why", "its subject is none"}});
     return delivery.done();
   }
-  const Heartbeat heartbeat(delivery, services_.queue.ack_wait() / 3);
+  heartbeat_ = std::make_unique<Heartbeat>(delivery, services_.queue.ack_wait() / 3);
+  const AtEnd silence([this] { heartbeat_.reset(); });  // before the delivery goes
   if (patiently([&] { return services_.queue.get(NatsQueue::Bucket::outcomes, key); })) {
     services_.log.event("cell_known", {{"cell", key}});
-    return patiently([&] { delivery.done(); });
+    return finish(delivery);
   }
   try {
     const api::CellOrder order = api::parse_cell_order(delivery.text(), api::Limits{});
@@ -188,7 +213,7 @@ void QueueWorker::serve(Delivery& delivery) {
   } catch (const api::InvalidRequest& invalid) {
     services_.log.warning("cell_malformed", {{"cell", key}, {"why", invalid.what()}});
     record(key, {.index = *index, .problem = api::to_json(api::problem(invalid))});
-    patiently([&] { delivery.done(); });
+    finish(delivery);
   }
 }
 
@@ -200,7 +225,7 @@ void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
   if (attempts > options_.most_attempts) {
     services_.log.warning("cell_abandoned", {{"cell", key}, {"attempts", attempts - 1}});
     record(key, given_up(order.index, options_.most_attempts));
-    return patiently([&] { delivery.done(); });
+    return finish(delivery);
   }
   services_.log.event("cell_begun", {{"cell", key}, {"attempt", attempts}});
   std::optional<CellOutcome> outcome;
@@ -216,21 +241,21 @@ void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
   } catch (const std::exception& exception) {
     if (abandon_.stop_requested()) {
       uncount_attempt(key);
-      delivery.again(milliseconds(0));
+      give_back(delivery, milliseconds(0));
       throw abandoned();
     }
     services_.log.warning("cell_failed",
                           {{"cell", key}, {"attempt", attempts}, {"why", exception.what()}});
-    return delivery.again(attempts * kAfterFailure);
+    return give_back(delivery, attempts * kAfterFailure);
   }
-  patiently([&] { delivery.done(); });
+  finish(delivery);
   services_.log.event("cell_done", {{"cell", key}, {"failed", outcome->problem.empty() ? 0 : 1}});
   patience_.over();
 }
 
 // It is no fault of the cell: no attempt is counted.
 void QueueWorker::leave_to_others(Delivery& delivery, const std::string& whom) {
-  delivery.again(kForOthers);
+  give_back(delivery, kForOthers);
   patience_.wait(whom, "this one would make other bytes", stop_);
 }
 

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <string>
@@ -59,6 +60,7 @@ class QueueWorker {
   };
 
   QueueWorker(Services services, Options options);
+  ~QueueWorker();
 
   /// Returns once `stop` is requested and the cell in hand is done, or soon after `abandon` is:
   /// then that cell goes back to the queue, its attempt not counted.
@@ -69,6 +71,8 @@ class QueueWorker {
   class WaitingStore;
 
   void serve(Delivery& delivery);
+  void finish(Delivery& delivery);
+  void give_back(Delivery& delivery, std::chrono::milliseconds delay);
   void attempt(Delivery& delivery, const api::CellOrder& order);
   void leave_to_others(Delivery& delivery, const std::string& whom);
   static std::string request_of(const api::CellOrder& order, ContentStore& store);
@@ -81,6 +85,7 @@ class QueueWorker {
   Services services_;
   Options options_;
   QueuePatience patience_;
+  std::unique_ptr<Heartbeat> heartbeat_;  // of the cell in hand
   std::stop_token stop_ = {};
   std::stop_token abandon_ = {};
 };
