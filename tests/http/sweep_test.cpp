@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -243,9 +244,9 @@ TEST_F(Sweeps, RefusesBadRequests) {
     EXPECT_NE(answer.body.find(wrong.part), std::string::npos) << answer.body;
   }
   const std::string none(64, '0');
-  for (const std::string& target :
-       {"/v1/sweeps/" + none, "/v1/sweeps/none", "/v1/sweeps/" + none + "/manifest",
-        "/v1/sweeps/" + none + "/files/" + none, "/v1/sweeps/..%2F/manifest"}) {
+  for (const std::string& target : std::vector<std::string>{
+           "/v1/sweeps/" + none, "/v1/sweeps/none", "/v1/sweeps/" + none + "/manifest",
+           "/v1/sweeps/" + none + "/files/" + none, "/v1/sweeps/..%2F/manifest"}) {
     EXPECT_EQ(ask(server.port(), "GET", target).status, 404) << target;
   }
 }
