@@ -183,10 +183,11 @@ TEST_F(HeldSweeps, SingleRendersTakeTurnsWithCells) {
 
 TEST_F(Sweeps, KilledServersGoOnUnasked) {
   const auto serve = [&] {
+    fs::remove(data_.path() / "port");  // of the one before
     return std::make_unique<ServerProcess>(
         data_.path(), std::vector<std::string>{"--data-dir", (data_.path() / "data").string()});
   };
-  std::string request = sweep_request(24, 4096);
+  std::string request = sweep_request(24, 1024);
   request.replace(request.find("\"tiny\""), 6, "\"spheres\"");
   auto server = serve();
   const Answer accepted = ask_well(server->port(), "POST", "/v1/sweeps", request);
