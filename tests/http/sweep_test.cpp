@@ -257,6 +257,8 @@ TEST(SweepsWithoutData, AreRefused) {
   const Answer answer = ask(server.port(), "POST", "/v1/sweeps", {}, sweep_request(2));
   EXPECT_EQ(answer.status, 503) << answer.body;
   EXPECT_NE(answer.body.find("--data-dir"), std::string::npos);
+  const std::string dry = sweep_request(2, 16, R"(, "dry_run": true)");
+  EXPECT_EQ(ask(server.port(), "POST", "/v1/sweeps", {}, dry).status, 200);
 }
 
 }  // namespace
