@@ -12,8 +12,7 @@ using nlohmann::json;
 
 constexpr double kEyeHeight = 1.2;     // metres over the floor
 constexpr double kSensorWidth = 36.0;  // mm
-constexpr double kSensorHeight = 24.0;
-constexpr double kNearest = 0.6;  // metres: of objects and focus
+constexpr double kNearest = 0.6;       // metres: of objects and focus
 constexpr double kFarthest = 6.0;
 constexpr double kFarthestFocus = 8.0;
 
@@ -115,9 +114,9 @@ json scattered(Dice& dice, double half_width, double half_height, const std::str
   return object;
 }
 
-json scene(Dice& dice, double focal_length) {
+json scene(Dice& dice, double focal_length, double sensor_height) {
   const double half_width = kSensorWidth / 2.0 / focal_length;
-  const double half_height = kSensorHeight / 2.0 / focal_length;
+  const double half_height = sensor_height / 2.0 / focal_length;
   json made = {{"format", "fstop-scene/1"},
                {"ambient_light", grey(dice.between(0.15, 0.4))},
                {"background", color(dice, 0.05, 0.6)},
@@ -162,6 +161,17 @@ void fill(json& object, const char* key, json value) {
   if (!object.contains(key)) object[key] = std::move(value);
 }
 
+// So that pixels are square; where the image has no size, that of its default.
+double height_of_width(const json& image) {
+  if (!image.is_object()) return 2.0 / 3.0;
+  const auto side = [&](const char* key, double otherwise) {
+    const auto found = image.find(key);
+    return found != image.end() && found->is_number() ? found->get<double>() : otherwise;
+  };
+  const double ratio = side("height", 640.0) / side("width", 960.0);
+  return ratio > 0.0 && std::isfinite(ratio) ? ratio : 2.0 / 3.0;
+}
+
 }  // namespace
 
 json dataset_request(const json& base, const DatasetPlace& place) {
@@ -172,16 +182,14 @@ json dataset_request(const json& base, const DatasetPlace& place) {
   json request = base;
   json& image = request["image"];
   if (image.is_null()) image = {{"width", 384}, {"height", 256}};
-  if (image.is_object()) {
-    fill(image, "format", "exr");
-    if (image["format"] == "exr") fill(image, "precision", "half");
-  }
+  if (image.is_object()) fill(image, "format", "exr");
+  const double sensor_height = kSensorWidth * height_of_width(image);
   fill(request, "outputs",
        {"color", "depth", "coc", "all_in_focus", "variance", "distance", "coc_diameter", "valid"});
-  request["scene"] = scene(of_scene, focal_length);
+  request["scene"] = scene(of_scene, focal_length, sensor_height);
   request["camera"] = {{"position_m", {0.0, kEyeHeight, 0.0}},
                        {"look_at_m", {0.0, kEyeHeight, -1.0}},
-                       {"sensor_mm", {kSensorWidth, kSensorHeight}},
+                       {"sensor_mm", {kSensorWidth, sensor_height}},
                        {"breathing", of_scene.chance()},
                        {"shutter_s", 0.01},
                        {"lens",

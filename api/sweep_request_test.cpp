@@ -314,7 +314,7 @@ TEST(SweepRecipe, DatasetIsItsSeed) {
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_EQ(sweep.cells[i].request, again.cells[i].request);
     EXPECT_NE(value_in(sweep, i, "/scene"), value_in(other, i, "/scene"));
-    EXPECT_EQ(value_in(sweep, i, "/image/precision"), "half");
+    EXPECT_EQ(value_in(sweep, i, "/image/format"), "exr");
     const double thirds = 6.0 * std::log2(value_in(sweep, i, kFNumber).get<double>());
     EXPECT_NEAR(thirds, std::round(thirds), 1e-9);
     const bool begins = i % 2 == 0;

@@ -28,15 +28,15 @@ void pause(std::chrono::milliseconds time, const std::stop_token& stop) {
 void when_there_is_room(const std::function<void()>& attempt, const WaitingFor& waiting,
                         const std::stop_token& stop) {
   auto time = kFirstPause;
-  for (bool waited = false;; waited = true) {
+  for (bool waits = false;; waits = true) {
     try {
       attempt();
-      if (waited) waiting("");
+      if (waits) waiting("");
       return;
     } catch (const Refusal& refusal) {
       if (refusal.status() != http::status::insufficient_storage) throw;
     }
-    waiting("disk space");
+    if (!waits) waiting("disk space");
     pause(time, stop);
     time = std::min(2 * time, kLongestPause);
   }

@@ -9,14 +9,6 @@
 #include <thread>
 #include <utility>
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
-
 #include "api/problem.h"
 #include "api/render_id.h"
 #include "core/error.h"
@@ -27,23 +19,48 @@
 namespace fstop::server {
 namespace {
 
-namespace asio = boost::asio;
-using asio::experimental::awaitable_operators::operator||;
-
-constexpr auto kLookAgain = std::chrono::milliseconds(20);  // whether to stop
+constexpr auto kLookAgain = std::chrono::milliseconds(20);
+constexpr auto kMoment = std::chrono::microseconds(100);
 constexpr auto kQueueFull = std::chrono::seconds(1);
 
 [[noreturn]] void throw_stopped() { throw Error(ErrorCode::cancelled, "the sweep was stopped"); }
 
-asio::awaitable<void> pause(asio::io_context& context) {
-  asio::steady_timer timer(context, kLookAgain);
-  co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
-}
+/// Told by the work that it is about to end.
+class Bell {
+ public:
+  void ring() {
+    const std::lock_guard lock(mutex_);
+    has_rung_ = true;
+    rung_.notify_all();
+  }
+  // Returns once it has rung, `stop` is requested or some time is over.
+  void wait(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    if (has_rung_) {  // the queue still has to take the result
+      lock.unlock();
+      std::this_thread::sleep_for(kMoment);
+      return;
+    }
+    rung_.wait_for(lock, stop, kLookAgain, [this] { return has_rung_; });
+  }
 
-asio::awaitable<void> until_ended(asio::io_context& context, const RenderQueue::Ticket& ticket,
-                                  const std::stop_token& stop) {
-  while (!ticket.has_ended() && !stop.stop_requested()) co_await (ticket.ended() || pause(context));
-}
+ private:
+  std::mutex mutex_ = {};
+  std::condition_variable_any rung_ = {};
+  bool has_rung_ = false;
+};
+
+/// Rings at the end of a scope.
+class Ringer {
+ public:
+  explicit Ringer(Bell& bell) : bell_(bell) {}
+  ~Ringer() { bell_.ring(); }
+  Ringer(const Ringer&) = delete;
+  Ringer& operator=(const Ringer&) = delete;
+
+ private:
+  Bell& bell_;
+};
 
 void wait_for(std::chrono::milliseconds time, const std::stop_token& stop) {
   std::mutex mutex;
@@ -156,18 +173,20 @@ std::shared_ptr<StoredRender> QueueCellMaker::rendered(const RenderTask& task,
 
 std::shared_ptr<StoredRender> QueueCellMaker::awaited(const RenderTask& task,
                                                       const std::stop_token& stop) {
-  const RenderQueue::Ticket ticket =
-      services_.queue.submit({.id = task.id,
-                              .client = client_,
-                              .cost_s = task.cost.wall_s,
-                              .memory_bytes = task.cost.memory_bytes,
-                              .is_small = false,  // those slots are for people who wait
-                              .work = [this, task](const RenderQueue::Turn& turn) {
-                                return services_.work.render(task, turn);
-                              }});
-  asio::io_context context;
-  asio::co_spawn(context, until_ended(context, ticket, stop), asio::detached);
-  context.run();
+  // The work may outlive this: others may want it, too. And a render that another client has begun
+  // rings no bell of ours: so it is looked after as well.
+  const auto bell = std::make_shared<Bell>();
+  const RenderQueue::Ticket ticket = services_.queue.submit(
+      {.id = task.id,
+       .client = client_,
+       .cost_s = task.cost.wall_s,
+       .memory_bytes = task.cost.memory_bytes,
+       .is_small = false,  // those slots are for people who wait
+       .work = [&work = services_.work, task, bell](const RenderQueue::Turn& turn) {
+         const Ringer at_the_end(*bell);
+         return work.render(task, turn);
+       }});
+  while (!ticket.has_ended() && !stop.stop_requested()) bell->wait(stop);
   if (stop.stop_requested()) throw_stopped();
   return std::static_pointer_cast<StoredRender>(ticket.result());
 }

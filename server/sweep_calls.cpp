@@ -119,7 +119,6 @@ void SweepCalls::require_folder() const {
 }
 
 asio::awaitable<Reply> SweepCalls::create(Call& call) {
-  require_folder();
   if (services_.draining) {
     throw Refusal(http::status::service_unavailable, "draining", "the server is about to stop")
         .with("Retry-After", "5");
@@ -171,6 +170,7 @@ SweepCalls::Prepared SweepCalls::prepare(const std::string& body) const {
   Prepared prepared;
   const auto sweep = std::make_shared<const api::SweepRequest>(
       api::parse_sweep_request(body, services_.limits, api::SceneNames::stored_only));
+  if (!sweep->dry_run) require_folder();
   std::vector<std::string> hashes;
   for (const api::RenderRequest& scene : sweep->scenes) {
     try {
@@ -182,8 +182,9 @@ SweepCalls::Prepared SweepCalls::prepare(const std::string& body) const {
   prepared.sweep = sweep;
   prepared.id = api::sweep_id(*sweep, hashes);
   prepared.cost = predicted_cost(services_.cells.costs, *sweep, hashes);
+  if (sweep->dry_run) return prepared;
   prepared.is_done = fs::exists(folder_of(prepared.id) / kManifest);
-  if (sweep->dry_run || prepared.is_done) return prepared;
+  if (prepared.is_done) return prepared;
   refuse_what_costs_too_much(prepared);
   make_folder_durably(folder_of(prepared.id));
   if (const fs::path recipe = folder_of(prepared.id) / kRecipe; !fs::exists(recipe))

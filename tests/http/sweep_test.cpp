@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -182,10 +183,11 @@ TEST_F(HeldSweeps, SingleRendersTakeTurnsWithCells) {
 
 TEST_F(Sweeps, KilledServersGoOnUnasked) {
   const auto serve = [&] {
+    fs::remove(data_.path() / "port");  // of the one before
     return std::make_unique<ServerProcess>(
         data_.path(), std::vector<std::string>{"--data-dir", (data_.path() / "data").string()});
   };
-  std::string request = sweep_request(24, 4096);
+  std::string request = sweep_request(24, 1024);
   request.replace(request.find("\"tiny\""), 6, "\"spheres\"");
   auto server = serve();
   const Answer accepted = ask_well(server->port(), "POST", "/v1/sweeps", request);
@@ -243,9 +245,9 @@ TEST_F(Sweeps, RefusesBadRequests) {
     EXPECT_NE(answer.body.find(wrong.part), std::string::npos) << answer.body;
   }
   const std::string none(64, '0');
-  for (const std::string& target :
-       {"/v1/sweeps/" + none, "/v1/sweeps/none", "/v1/sweeps/" + none + "/manifest",
-        "/v1/sweeps/" + none + "/files/" + none, "/v1/sweeps/..%2F/manifest"}) {
+  for (const std::string& target : std::vector<std::string>{
+           "/v1/sweeps/" + none, "/v1/sweeps/none", "/v1/sweeps/" + none + "/manifest",
+           "/v1/sweeps/" + none + "/files/" + none, "/v1/sweeps/..%2F/manifest"}) {
     EXPECT_EQ(ask(server.port(), "GET", target).status, 404) << target;
   }
 }
@@ -255,6 +257,8 @@ TEST(SweepsWithoutData, AreRefused) {
   const Answer answer = ask(server.port(), "POST", "/v1/sweeps", {}, sweep_request(2));
   EXPECT_EQ(answer.status, 503) << answer.body;
   EXPECT_NE(answer.body.find("--data-dir"), std::string::npos);
+  const std::string dry = sweep_request(2, 16, R"(, "dry_run": true)");
+  EXPECT_EQ(ask(server.port(), "POST", "/v1/sweeps", {}, dry).status, 200);
 }
 
 }  // namespace
