@@ -151,16 +151,34 @@ std::optional<Delivery> NatsQueue::next(std::chrono::milliseconds patience) {
   });
 }
 
+// One by one: nats-server 2.9.10, told to purge some subjects of a stream, has its consumers pass
+// over the others as well.
 void NatsQueue::withdraw(const std::string& prefix) {
   reached("withdrawing cells", [&](Broker& broker) {
-    const std::string subject = kSubject + prefix + ">";
+    const std::string subjects = kSubject + prefix + ">";
     jsOptions options;
     jsOptions_Init(&options);
     options.Wait = kBrokerAnswerMs;
-    options.Stream.Purge.Subject = subject.c_str();
+    options.Stream.Info.SubjectsFilter = subjects.c_str();
     jsErrCode code = {};
-    const natsStatus status = js_PurgeStream(broker.jetstream(), kCellStream, &options, &code);
+    jsStreamInfo* found = nullptr;
+    natsStatus status = js_GetStreamInfo(&found, broker.jetstream(), kCellStream, &options, &code);
+    const StreamInfo info(found);
     if (status != NATS_OK) throw QueueUnreachable(cause_of(status, code));
+    const jsStreamStateSubjects* list = info->State.Subjects;
+    for (int i = 0; list != nullptr && i < list->Count; ++i) {
+      natsMsg* last = nullptr;
+      status = js_GetLastMsg(&last, broker.jetstream(), kCellStream, list->List[i].Subject, nullptr,
+                             &code);
+      const OneMessage message(last);
+      if (status == NATS_NOT_FOUND) continue;  // a worker was quicker
+      if (status != NATS_OK) throw QueueUnreachable(cause_of(status, code));
+      status =
+          js_DeleteMsg(broker.jetstream(), kCellStream, natsMsg_GetSequence(last), nullptr, &code);
+      const bool is_gone = status == NATS_NOT_FOUND || code == JSNoMessageFoundErr ||
+                           code == JSSequenceNotFoundErr || code == JSStreamMsgDeleteFailed;
+      if (status != NATS_OK && !is_gone) throw QueueUnreachable(cause_of(status, code));
+    }
   });
 }
 
