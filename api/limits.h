@@ -49,6 +49,12 @@ struct Limits {
   int chart_replicates = 64;                   // of the reference; the least is 2
   std::chrono::milliseconds chart_time{600'000};
 
+  // One sweep.
+  std::size_t sweep_cells = 10'000;
+  std::size_t sweep_axes = 8;
+  std::chrono::milliseconds sweep_time{std::chrono::hours(24)};  // predicted for all its cells
+  std::size_t sweep_bytes = std::size_t{64} << 20;  // of its cells' requests, every default filled
+
   // One scene.
   AssetLimits assets{.max_file_bytes = std::size_t{64} << 20,
                      .max_triangles = 2'000'000,
@@ -62,6 +68,10 @@ struct Limits {
   std::size_t scene_materials = 4096;
   std::size_t scene_objects = 20'000;
   std::size_t scene_lights = 256;
+
+  // Files by their hash, of sweeps whose cells are made elsewhere.
+  std::size_t content_bytes = std::size_t{256} << 20;  // of one
+  std::size_t incoming_bytes = std::size_t{1} << 30;   // being received at once, over all files
 
   // The server.
   int connections = 2048;
@@ -80,7 +90,8 @@ struct Limits {
   int idempotency_keys = 4096;
   std::chrono::milliseconds between_events{250};
   std::chrono::milliseconds event_silence{15'000};  // then a comment shows that the stream lives
-  int queued_charts = 2;  // one runs, on one thread; more are answered 503
+  int queued_sweeps = 16;  // one leads its cells at a time; more are answered 503
+  int queued_charts = 2;   // one runs, on one thread; more are answered 503
   std::size_t kept_result_bytes = std::size_t{512} << 20;  // in memory
   std::size_t kept_file_bytes = std::size_t{4} << 30;      // in the data directory
   std::size_t kept_scene_bytes = std::size_t{1} << 30;
@@ -99,6 +110,8 @@ inline Limits command_line_limits() {
   limits.chart_pixels = limits.image_pixels;
   limits.chart_samples = limits.samples;
   limits.body_bytes = limits.scene_bytes;
+  limits.sweep_cells = 100'000;
+  limits.sweep_bytes = std::size_t{1} << 30;
   return limits;
 }
 

@@ -13,6 +13,7 @@
 #include "api/problem.h"
 #include "api/psf_request.h"
 #include "api/render_request.h"
+#include "api/sweep_request.h"
 #include "core/optics/pinhole.h"
 
 namespace fstop::api {
@@ -27,7 +28,7 @@ std::string file_text(const fs::path& path) {
 }
 
 /// A kind of request, and the schema of its name.
-enum class Kind { render, optics, psf, chart, measurement };
+enum class Kind { render, optics, psf, chart, measurement, sweep };
 
 std::string schema_of(Kind kind) {
   switch (kind) {
@@ -41,6 +42,8 @@ std::string schema_of(Kind kind) {
       return "ChartRequest";
     case Kind::measurement:
       return "MeasurementRequest";
+    case Kind::sweep:
+      return "SweepRequest";
   }
   return {};
 }
@@ -48,6 +51,7 @@ std::string schema_of(Kind kind) {
 Kind kind_of_file(const std::string& name) {
   if (name.starts_with("optics")) return Kind::optics;
   if (name.starts_with("chart")) return Kind::chart;
+  if (name.starts_with("sweep")) return Kind::sweep;
   if (name.starts_with("measurements")) return Kind::measurement;
   return name.starts_with("psf") ? Kind::psf : Kind::render;
 }
@@ -69,6 +73,9 @@ bool parses(const json& request, Kind kind) {
         break;
       case Kind::measurement:
         parse_measurement_request(request.dump(), Limits{});
+        break;
+      case Kind::sweep:
+        parse_sweep_request(request.dump(), Limits{}, SceneNames::stored_only);
         break;
     }
     return true;
@@ -124,6 +131,7 @@ TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
   int examples = 0;
   for (const fs::directory_entry& entry :
        fs::directory_iterator(FSTOP_SOURCE_DIR "/api/examples")) {
+    if (entry.path().extension() != ".json") continue;
     const Kind kind = kind_of_file(entry.path().filename().string());
     const json example = json::parse(file_text(entry.path()));
     EXPECT_EQ(ContractSchema(schema_of(kind)).objection(example), "") << entry.path();
@@ -136,6 +144,7 @@ TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
                                    {"/v1/optics", Kind::optics},
                                    {"/v1/psf", Kind::psf},
                                    {"/v1/charts", Kind::chart},
+                                   {"/v1/sweeps", Kind::sweep},
                                    {"/v1/measurements", Kind::measurement}}) {
     const json& content = paths.at(path).at("post").at("requestBody").at("content");
     const json& example = content.at("application/json").at("example");

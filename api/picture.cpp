@@ -25,6 +25,12 @@ std::vector<std::string> channel_names(Output output) {
       return {"var.R", "var.G", "var.B"};
     case Output::normal:
       return {"N.X", "N.Y", "N.Z"};
+    case Output::distance:
+      return {"dist.ray"};
+    case Output::coc_diameter:
+      return {"coc.diameter"};
+    case Output::valid:
+      return {"mask.valid"};
   }
   throw Error(ErrorCode::internal, "an output without channels");
 }

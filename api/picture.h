@@ -15,7 +15,8 @@ std::vector<Output> layers_needed(ImageFormat format, const std::vector<Output>&
 
 /// The photograph as one file of `format`, whose 8-bit kinds are halftoned where that is asked for,
 /// since EXR and TIFF are data: R,G,B, then the layers it has, Z; coc.signed; N.X,N.Y,N.Z;
-/// var.R,var.G,var.B; aif.R,aif.G,aif.B; and as attributes the camera, the seed, `id`, the engine.
+/// var.R,var.G,var.B; aif.R,aif.G,aif.B; dist.ray; coc.diameter; mask.valid; and as attributes the
+/// camera, the seed, `id`, the engine.
 Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std::string_view id,
                    ImageFormat format);
 

@@ -24,6 +24,9 @@ Photograph photograph() {
   photo.layers[Output::normal] = filled(3, 0.25F);
   photo.layers[Output::variance] = filled(3, 1e-4F);
   photo.layers[Output::all_in_focus] = filled(3, 0.75F);
+  photo.layers[Output::distance] = filled(1, 3.0F);
+  photo.layers[Output::coc_diameter] = filled(1, 67.5F);
+  photo.layers[Output::valid] = filled(1, 1.0F);
   return photo;
 }
 
@@ -60,9 +63,10 @@ std::vector<std::string> channels(const Picture& picture) {
 }
 
 TEST(Picture, NamesChannelsAsTheContractDoes) {
-  const std::vector<std::string> expected = {"R",     "G",     "B",     "Z",     "coc.signed",
-                                             "aif.R", "aif.G", "aif.B", "var.R", "var.G",
-                                             "var.B", "N.X",   "N.Y",   "N.Z"};
+  const std::vector<std::string> expected = {
+      "R",         "G",     "B",     "Z",   "coc.signed", "aif.R", "aif.G",    "aif.B",
+      "var.R",     "var.G", "var.B", "N.X", "N.Y",        "N.Z",   "dist.ray", "coc.diameter",
+      "mask.valid"};
   EXPECT_EQ(channels(picture_of(photograph(), spec(), "id", ImageFormat::exr)), expected);
 }
 

@@ -17,7 +17,9 @@ constexpr std::size_t kScenePathBytes = 4096;
 constexpr Named<Output> kOutputs[] = {
     {"color", Output::color},       {"depth", Output::depth},
     {"coc", Output::coc},           {"all_in_focus", Output::all_in_focus},
-    {"variance", Output::variance}, {"normal", Output::normal}};
+    {"variance", Output::variance}, {"normal", Output::normal},
+    {"distance", Output::distance}, {"coc_diameter", Output::coc_diameter},
+    {"valid", Output::valid}};
 
 std::string scene_name(ObjectReader& root, SceneNames names) {
   const std::string name = root.text("scene", kScenePathBytes);

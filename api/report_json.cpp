@@ -1,5 +1,7 @@
 #include "api/report_json.h"
 
+#include <utility>
+
 #include "api/json_text.h"
 #include "api/json_writer.h"
 
@@ -14,29 +16,44 @@ Json error_json(const ImageError& error) {
           {"energy_upper_95", number_json(error.energy_upper_95)}};
 }
 
-Json cost_json(const RenderCost& cost, const Timing& timing) {
+Json cost_json(const RenderCost& cost) {
   return {{"rays", cost.rays},
           {"samples_mean", number_json(cost.samples_mean)},
-          {"samples_max", cost.samples_max},
-          {"render_ms", number_json(timing.render_ms)},
-          {"queue_ms", number_json(timing.queue_ms)},
-          {"encode_ms", number_json(timing.encode_ms)},
-          {"cpu_ms", number_json(timing.cpu_ms)}};
+          {"samples_max", cost.samples_max}};
+}
+
+Json cost_json(const RenderCost& cost, const Timing& timing) {
+  Json value = cost_json(cost);
+  value["render_ms"] = number_json(timing.render_ms);
+  value["queue_ms"] = number_json(timing.queue_ms);
+  value["encode_ms"] = number_json(timing.encode_ms);
+  value["cpu_ms"] = number_json(timing.cpu_ms);
+  return value;
+}
+
+Json report_members(const RenderReport& report, Json cost) {
+  return {{"method", report.method},
+          {"model", model_json(report.model)},
+          {"passed_over", passed_over_json(report.passed_over)},
+          {"error", error_json(report.error)},
+          {"optics", optics_members(report.optics)},
+          {"cost", std::move(cost)},
+          {"warnings", report.warnings}};
 }
 
 }  // namespace
 
 std::string report_json(std::string_view id, const RenderReport& report, const Timing& timing,
                         std::string_view normalised) {
-  const Json value = {{"id", id},
-                      {"method", report.method},
-                      {"model", model_json(report.model)},
-                      {"passed_over", passed_over_json(report.passed_over)},
-                      {"error", error_json(report.error)},
-                      {"optics", optics_members(report.optics)},
-                      {"cost", cost_json(report.cost, timing)},
-                      {"warnings", report.warnings},
-                      {"request", Json::parse(normalised)}};
+  Json value = {{"id", id}};
+  value.update(report_members(report, cost_json(report.cost, timing)));
+  value["request"] = Json::parse(normalised);
+  return json_text(value);
+}
+
+std::string lasting_report_json(const RenderReport& report, std::string_view scene_hash) {
+  Json value = {{"scene_sha256", scene_hash}};
+  value.update(report_members(report, cost_json(report.cost)));
   return json_text(value);
 }
 

@@ -22,4 +22,8 @@ struct Timing {
 std::string report_json(std::string_view id, const RenderReport& report, const Timing& timing,
                         std::string_view normalised);
 
+/// The same without times and request, which is the same for equal renders: for a sweep's manifest.
+/// `scene_hash`: member "scene_sha256".
+std::string lasting_report_json(const RenderReport& report, std::string_view scene_hash);
+
 }  // namespace fstop::api

@@ -1,6 +1,7 @@
 #include "api/scene_assets.h"
 
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "api/json_text.h"
 #include "api/problem.h"
 #include "api/render_id.h"
+#include "core/scene/mesh_placement.h"
 
 namespace fstop::api {
 namespace {
@@ -33,6 +35,7 @@ class AssetLoader {
 
  private:
   using TextureKey = std::pair<std::string, ColorSpace>;
+  using MeshKey = std::pair<std::string, std::optional<double>>;  // file, crease angle
 
   void load_texture(TextureSource& texture) {
     const std::string where = pointer_ + "/textures/" + pointer_step(texture.name) + "/file";
@@ -58,21 +61,34 @@ class AssetLoader {
   void load_mesh(MeshObject& object, std::size_t index) {
     const std::string where = pointer_ + "/objects/" + std::to_string(index) + "/file";
     guarded(where, object.file, [&] {
-      const auto known = meshes_.find(object.file);
-      triangles_ += known == meshes_.end() ? 0 : known->second->mesh.triangles.size();
-      require(triangles_, limits_.scene_triangles, "triangles");
-      if (known != meshes_.end()) {
-        object.mesh = known->second->mesh;
-        return;
+      const MeshKey key{object.file, object.crease_angle};
+      const Mesh* known = known_mesh(key);
+      if (known != nullptr) {
+        triangles_ += known->triangles.size();
+        require(triangles_, limits_.scene_triangles, "triangles");
+        object.mesh = *known;
+      } else {
+        Scene alone;
+        alone.objects.push_back({.shape = object});
+        load_assets(alone, reader(), limits_.assets);
+        object.mesh = std::move(std::get<MeshObject>(alone.objects.front().shape).mesh);
+        triangles_ += object.mesh.triangles.size();
+        require(triangles_, limits_.scene_triangles, "triangles");
       }
-      Scene alone;
-      alone.objects.push_back({.shape = object});
-      load_assets(alone, reader(), limits_.assets);
-      object.mesh = std::move(std::get<MeshObject>(alone.objects.front().shape).mesh);
-      triangles_ += object.mesh.triangles.size();
-      require(triangles_, limits_.scene_triangles, "triangles");
-      meshes_[object.file] = &object;
+      if (object.placement) {
+        if (known == nullptr) moved_.emplace(key, object.mesh);
+        place(object.mesh, *object.placement);
+      } else {
+        meshes_.emplace(key, &object.mesh);
+      }
     });
+  }
+
+  // A mesh as its file has it; null if it has not been read yet.
+  const Mesh* known_mesh(const MeshKey& key) const {
+    if (const auto there = meshes_.find(key); there != meshes_.end()) return there->second;
+    const auto moved = moved_.find(key);
+    return moved == moved_.end() ? nullptr : &moved->second;
   }
 
   // Relief has no direction on a mesh that has no texture coordinates of any kind.
@@ -132,7 +148,8 @@ class AssetLoader {
   FaultList faults_;
   std::vector<AssetBytes> bytes_ = {};
   std::map<TextureKey, const TextureSource*> textures_ = {};
-  std::map<std::string, const MeshObject*> meshes_ = {};
+  std::map<MeshKey, const Mesh*> meshes_ = {};  // in the scene
+  std::map<MeshKey, Mesh> moved_ = {};          // as they were before they were placed
   std::map<std::string, std::string> refused_ = {};
   std::size_t file_bytes_ = 0;
   std::size_t texture_pixels_ = 0;

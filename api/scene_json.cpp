@@ -325,7 +325,7 @@ class SceneReader {
     }
   }
 
-  static MeshObject mesh(ObjectReader& reader) {
+  MeshObject mesh(ObjectReader& reader) const {
     MeshObject mesh;
     mesh.file = reader.text("file", kNameBytes);
     mesh.interpolation = reader.choice("interpolation", words(kInterpolations), "phong");
@@ -333,6 +333,14 @@ class SceneReader {
       mesh.crease_angle = *degrees * (std::numbers::pi / 180.0);
     } else {
       reader.leave_out("crease_angle_deg");
+    }
+    if (reader.value("placement", false) != nullptr) {
+      ObjectReader placement = reader.object("placement");
+      mesh.placement = {
+          .center = position(placement, "center_m"),
+          .size = placement.length("size_m", Length::si(1e-6), largest()).si(),
+          .turn = placement.number("turn_deg", {-360.0, 360.0}, 0.0) * (std::numbers::pi / 180.0)};
+      placement.reject_unread_members();
     }
     return mesh;
   }

@@ -2,7 +2,10 @@
 
 #include <fstream>
 #include <map>
+#include <set>
+#include <span>
 #include <system_error>
+#include <variant>
 
 #include "api/json_text.h"
 #include "api/json_writer.h"
@@ -48,6 +51,15 @@ LoadedScene load_named(const std::string& called, const fs::path& file, const Li
     if (error.code() == ErrorCode::io_failure || error.code() == ErrorCode::internal) throw;
     throw InvalidRequest(FieldFault{"#/scene", error.what()});
   }
+}
+
+std::set<std::string> asset_names(const Scene& scene) {
+  std::set<std::string> names;
+  for (const TextureSource& texture : scene.textures) names.insert(texture.file);
+  for (const Object& object : scene.objects) {
+    if (const auto* mesh = std::get_if<MeshObject>(&object.shape)) names.insert(mesh->file);
+  }
+  return names;
 }
 
 SceneSummary summary_of(const SceneStore& store, const std::string& name, const Limits& limits) {
@@ -98,6 +110,25 @@ std::string SceneStore::text(std::string_view name) const {
   const std::string called = "stored scene " + shortened(name, 64);
   if (folder.empty()) throw Error(ErrorCode::not_found, "there is no " + called);
   return file_text(folder / "scene.json", called, limits_.scene_bytes);
+}
+
+std::vector<AssetBytes> SceneStore::files(std::string_view name) const {
+  const std::string scene_text = text(name);
+  const auto bytes = std::as_bytes(std::span(scene_text));
+  std::vector<AssetBytes> files = {{"scene.json", {bytes.begin(), bytes.end()}}};
+  const SceneDocument document = parse_scene_text(scene_text, limits_);
+  const AssetReader read = folder_assets(folder_of(name), limits_.assets);
+  std::size_t total = scene_text.size();
+  for (const std::string& asset : asset_names(document.scene)) {
+    files.push_back({asset, read(asset)});
+    total += files.back().bytes.size();
+    if (total > limits_.scene_file_bytes) {
+      throw Error(ErrorCode::over_budget, "the scene has more than " +
+                                              std::to_string(limits_.scene_file_bytes) +
+                                              " bytes of files in all");
+    }
+  }
+  return files;
 }
 
 LoadedScene SceneStore::load(const RenderRequest& request) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "api/limits.h"
+#include "api/render_id.h"
 #include "api/render_request.h"
 #include "api/scene_assets.h"
 
@@ -29,6 +30,11 @@ class SceneStore {
 
   /// The text of NAME/scene.json. Throws: Error{not_found} naming the scene.
   std::string text(std::string_view name) const;
+
+  /// NAME/scene.json and every file that it names, each once: all that another place needs to have
+  /// the same scene. Throws: Error{not_found}, InvalidRequest, Error{over_budget} beyond
+  /// limits.scene_file_bytes, Error{io_failure}.
+  std::vector<AssetBytes> files(std::string_view name) const;
 
   /// The scene that a request names or holds. The files of an inline scene are `scene/file` of
   /// stored scenes.

@@ -96,6 +96,23 @@ TEST_F(SceneStoreTest, HashesTextAndAssets) {
   EXPECT_NE(store().load(request("\"bars\"")).hash, hash);
 }
 
+// Another folder with these files holds the same scene.
+TEST_F(SceneStoreTest, TellsAllFilesOfAScene) {
+  write("stored/bars/notes.txt", "of no use to anybody");
+  const std::vector<AssetBytes> files = store().files("bars");
+  ASSERT_EQ(files.size(), 2U);
+  for (const AssetBytes& file : files) {
+    const auto* text = reinterpret_cast<const char*>(file.bytes.data());
+    write("copy/bars/" + file.name, std::string(text, file.bytes.size()));
+  }
+  const SceneStore copy({root_ / "copy"}, Limits{});
+  EXPECT_EQ(copy.load(request("\"bars\"")).hash, store().load(request("\"bars\"")).hash);
+  EXPECT_THROW(store().files("none"), Error);
+  Limits small;
+  small.scene_file_bytes = files[0].bytes.size() + files[1].bytes.size() - 1;
+  EXPECT_THROW(SceneStore({root_ / "stored"}, small).files("bars"), Error);
+}
+
 TEST_F(SceneStoreTest, RefusesStoredScenesThatAreAbsentOrBroken) {
   write("more/no-mesh/scene.json", scene("gone.obj", ""));
   write("more/cut/scene.json", scene("cut.ply", ""));

@@ -66,5 +66,5 @@ fstop_test(spectral_test LABEL unit
 
 fstop_test(study_test LABEL unit
            SOURCES study/accuracy_chart_test.cpp study/chart_svg_test.cpp
-                   study/pinhole_theory_test.cpp
+                   study/pinhole_theory_test.cpp study/sweep_range_test.cpp
            LINK fstop_study)

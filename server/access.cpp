@@ -185,12 +185,15 @@ void remove_signature(Request& request) {
 void check_content(const Request& request) {
   const std::string_view type = request.header("Content-Type");
   const std::string_view essence = trimmed(type.substr(0, type.find(';')));
-  const bool is_file = request.verb == http::verb::put;
-  const std::string types = is_file ? "application/zip, model/gltf-binary" : "application/json";
-  const bool fits = is_file ? equal_ignoring_case(essence, "application/zip") ||
-                                  equal_ignoring_case(essence, "model/gltf-binary")
-                            : equal_ignoring_case(essence, "application/json");
-  if (!fits) {
+  std::vector<std::string_view> accepted = {"application/json"};
+  if (request.verb == http::verb::put) {
+    accepted = {"application/zip", "model/gltf-binary"};
+    if (is_content_path(request.path)) accepted = {"application/octet-stream"};
+  }
+  const auto is_essence = [&](std::string_view one) { return equal_ignoring_case(essence, one); };
+  if (std::none_of(accepted.begin(), accepted.end(), is_essence)) {
+    std::string types;
+    for (const std::string_view one : accepted) types.append(types.empty() ? "" : ", ").append(one);
     throw Refusal(http::status::unsupported_media_type, "unsupported-media-type",
                   "the body must be sent as Content-Type: " + types)
         .with("Accept", types);

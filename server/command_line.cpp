@@ -27,8 +27,11 @@ struct CommandLine {
   RenderOptions render = {};
   PsfOptions psf = {};
   ChartOptions chart = {};
+  SweepOptions sweep = {};
+  DatasetOptions dataset = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
+  QueueWorkerOptions worker = {};
   std::string scene_name = {};
   std::string color_space = {};
   std::string optics_request = "-";
@@ -37,10 +40,13 @@ struct CommandLine {
   CLI::App* optics_command = nullptr;
   CLI::App* psf_command = nullptr;
   CLI::App* chart_command = nullptr;
+  CLI::App* sweep_command = nullptr;
+  CLI::App* dataset_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* read_scene_command = nullptr;
   CLI::App* read_image_command = nullptr;
   CLI::App* sign_command = nullptr;
+  CLI::App* worker_command = nullptr;
   CLI::App* version_command = nullptr;
 };
 
@@ -97,6 +103,12 @@ void add_serve(CommandLine& line) {
       ->capture_default_str();
   command->add_option("--cache-mib", options.cache_mib, "of results, in the data directory")
       ->capture_default_str();
+  command->add_option("--queue", options.queue,
+                      "nats://host[:port] of a JetStream server: sweeps are made by fstop worker");
+  command->add_option(
+      "--ack-wait-s", options.ack_wait_s,
+      "that a worker of the queue may be silent before its cell goes to another; 30 "
+      "where nobody has said");
   command->add_option("--memory-mib", options.memory_mib, "of results, in memory")
       ->capture_default_str();
   for (const std::string& name : option_names(*command))
@@ -139,6 +151,67 @@ void add_chart(CommandLine& line) {
   line.chart_command = command;
 }
 
+void add_worker(CommandLine& line) {
+  QueueWorkerOptions& options = line.worker;
+  CLI::App* command =
+      line.app.add_subcommand("worker", "make cells of sweeps that servers put into a queue");
+  command->add_option("--queue", options.queue, "of fstop serve --queue: nats://host[:port]")
+      ->required();
+  command->add_option("--results", options.results, "where files go: http://host[:port]")
+      ->required();
+  command->add_option("--token-file", options.token_file, "as of the server of the results");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str();
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  command
+      ->add_option("--attempts", options.attempts, "at one cell, before it is recorded as failed")
+      ->capture_default_str();
+  command->add_option("--drain-s", options.drain_s, "that SIGTERM gives to the cell in hand")
+      ->capture_default_str();
+  command->add_option("--log-file", options.log_file, "instead of standard error");
+  for (const std::string& name : option_names(*command))
+    command->get_option("--" + name)->envname(variable_of(name));
+  line.worker_command = command;
+}
+
+void add_sweep_options(CLI::App* command, SweepOptions& options) {
+  command->add_option("--out", options.out, "folder for files, state and manifest.json");
+  command->add_flag("--resume", options.resume, "refuse unless the folder holds this sweep");
+  command->add_flag("--dry-run", options.dry_run, "tell cells and predicted cost, make nothing");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes,--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  command->add_option("--queue", options.remote.queue,
+                      "nats://host[:port]: made by fstop worker there, instead of here");
+  command->add_option("--results", options.remote.results, "of those workers: http://host[:port]");
+  command->add_option("--token-file", options.remote.token_file, "of that server");
+}
+
+void add_sweep(CommandLine& line) {
+  line.sweep_command = line.app.add_subcommand(
+      "sweep", "many renders over ranges of any member; run again, it goes on where it ended");
+  line.sweep_command
+      ->add_option("request", line.sweep.request, "a sweep request, - for standard input")
+      ->required();
+  add_sweep_options(line.sweep_command, line.sweep);
+  DatasetOptions& options = line.dataset;
+  line.dataset_command =
+      line.app.add_subcommand("dataset", "images of scenes at random, with depth and blur");
+  line.dataset_command->add_option("--count", options.count, "images")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  line.dataset_command->add_option("--seed", options.seed, "of scenes, cameras and noise")
+      ->capture_default_str();
+  line.dataset_command
+      ->add_option("--images-per-scene", options.images_per_scene,
+                   "that differ in focus and aperture alone")
+      ->capture_default_str();
+  line.dataset_command->add_option("--base", options.base,
+                                   "file with image, quality, effects and outputs of a request");
+  add_sweep_options(line.dataset_command, options.sweep);
+}
+
 void add_commands(CommandLine& line) {
   line.app.require_subcommand(1);
   add_serve(line);
@@ -151,6 +224,8 @@ void add_commands(CommandLine& line) {
   line.psf_command->add_option("--out", line.psf.out,
                                "image file: .exr .tif (density), .png .jpg .webp (stretched)");
   add_chart(line);
+  add_worker(line);
+  add_sweep(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -179,10 +254,13 @@ int run_command(const CommandLine& line) {
   if (line.optics_command->parsed()) return optics(line.optics_request);
   if (line.psf_command->parsed()) return psf(line.psf);
   if (line.chart_command->parsed()) return chart(line.chart);
+  if (line.sweep_command->parsed()) return sweep(line.sweep);
+  if (line.dataset_command->parsed()) return dataset(line.dataset);
   if (line.probe_command->parsed()) return probe(line.probe);
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
   if (line.read_image_command->parsed()) return read_image(line.color_space);
   if (line.sign_command->parsed()) return sign(line.sign);
+  if (line.worker_command->parsed()) return queue_worker(line.worker);
   std::cout << api::engine_version() << '\n';
   return 0;
 }
@@ -208,6 +286,7 @@ int print_problem(const api::Problem& problem) {
 
 int run_command_line(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond its bound is an error as others
   try {
     CommandLine line;
     add_commands(line);

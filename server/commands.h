@@ -30,9 +30,46 @@ struct ChartOptions {
   bool progress = false;  // told on standard error even where that is no terminal
 };
 
+/// Where cells are made by workers elsewhere.
+struct RemotePlace {
+  std::string queue = {};       // nats://...; empty: they are made here
+  std::string results = {};     // http://..., where the workers put files
+  std::string token_file = {};  // of that server; empty for none
+};
+
+struct SweepOptions {
+  std::string request = {};  // a file, or "-" for standard input
+  std::string out = {};      // a folder
+  std::string scenes_dir = {};
+  int threads = 0;
+  bool resume = false;   // `out` must hold this sweep already
+  bool dry_run = false;  // tells what it would cost
+  RemotePlace remote = {};
+};
+
+struct DatasetOptions {
+  std::uint32_t count = 1;
+  std::uint32_t seed = 0;
+  std::uint32_t images_per_scene = 1;
+  std::string base = {};    // a file with image, quality, outputs; empty: the recipe's own
+  SweepOptions sweep = {};  // all but the request
+};
+
 struct ProbeOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
+};
+
+/// Of a process that makes cells of sweeps for servers elsewhere.
+struct QueueWorkerOptions {
+  std::string queue = {};    // nats://...
+  std::string results = {};  // http://...
+  std::string token_file = {};
+  std::string scenes_dir = {};  // empty: the bundled scenes
+  std::string log_file = {};    // empty: standard error
+  int threads = 0;
+  int attempts = 5;       // at one cell
+  double drain_s = 20.0;  // that SIGTERM gives to the cell in hand
 };
 
 struct SignOptions {
@@ -51,8 +88,15 @@ int psf(const PsfOptions& options);
 /// Prints the chart's numbers; writes the drawing where one is asked for. SIGINT and SIGTERM stop
 /// it.
 int chart(const ChartOptions& options);
+/// Makes every render of a sweep's request, in a folder with a manifest; what is there already is
+/// kept. Prints what was done; 1 if some cells failed. SIGINT and SIGTERM stop it.
+int sweep(const SweepOptions& options);
+/// The same of the recipe `defocus-dataset`.
+int dataset(const DatasetOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
+/// Makes cells of a queue until a signal stops it.
+int queue_worker(const QueueWorkerOptions& options);
 /// Locks itself in, reads a scene archive on standard input and prints what is to be stored: what
 /// the server runs apart from itself. Throws: as api::read_upload.
 int read_scene(const std::string& name);

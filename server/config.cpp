@@ -149,6 +149,10 @@ ServerConfig checked(const ServeOptions& options) {
           "--cache-mib: must be 1 to 16777216");
   require(options.memory_mib >= 1 && options.memory_mib <= 1 << 24,
           "--memory-mib: must be 1 to 16777216");
+  require(options.queue.empty() || !options.data_dir.empty(),
+          "--queue: needs --data-dir, where the workers' files go");
+  require(!options.ack_wait_s || (*options.ack_wait_s >= 0.5 && *options.ack_wait_s <= 3600.0),
+          "--ack-wait-s: must be 0.5 to 3600");
   refuse_file("--data-dir", options.data_dir);
   refuse_file("--scenes-dir", options.scenes_dir);
   refuse_file("--web-root", options.web_root);
@@ -160,9 +164,13 @@ ServerConfig checked(const ServeOptions& options) {
     config.scene_folders.push_back(fs::path(options.data_dir) / "scenes");
     config.upload_folder = fs::path(options.data_dir) / "scenes";
     config.result_folder = fs::path(options.data_dir) / "results";
+    config.sweep_folder = fs::path(options.data_dir) / "sweeps";
+    config.file_folder = fs::path(options.data_dir) / "files";
   }
   config.scene_folders.push_back(options.scenes_dir.empty() ? bundled_scenes()
                                                             : fs::path(options.scenes_dir));
+  config.queue = options.queue;
+  if (options.ack_wait_s) config.ack_wait = milliseconds(*options.ack_wait_s);
   config.worker_program = worker_beside();
   config.probe_port = options.probe_port;
   config.limits.concurrent_renders = options.concurrent_renders;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,6 +33,9 @@ struct ServeOptions {
   double drain_s = 20.0;
   std::int64_t cache_mib = 4096;
   std::int64_t memory_mib = 512;
+  std::string queue = {};  // nats://...: cells of sweeps are made by workers elsewhere
+  std::optional<double> ack_wait_s =
+      {};                        // that a worker may be silent; absent: as the queue has it
   std::string config_file = {};  // read before the rest
 };
 
@@ -49,6 +53,10 @@ struct ServerConfig {
   std::string program = "/proc/self/exe";    // what reads them, locked in
   std::string worker_program = {};           // what renders: beside fstop
   std::filesystem::path result_folder = {};  // empty: results stay in memory
+  std::filesystem::path sweep_folder = {};   // empty: no sweeps are taken
+  std::filesystem::path file_folder = {};    // of their files
+  std::string queue = {};                    // nats://...; empty: cells are made here
+  std::optional<std::chrono::milliseconds> ack_wait = {};
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first
   api::Limits limits = {};

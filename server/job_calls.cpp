@@ -144,7 +144,8 @@ asio::awaitable<Reply> JobCalls::preview(Call& call) {
   const ImageFormat format = query.contains("format") ? format_of(query.at("format"))
                                                       : *negotiated(call.request.header("Accept"),
                                                                     ImageFormat::png, false);
-  if (job->state == Job::State::done) {  // since the reader was told of a preview, say
+  if (job->state == Job::State::done &&
+      !job->order.is_sweep) {  // since the reader was told of a preview, say
     Reply reply{.status = http::status::see_other};
     reply.set("Location",
               "/v1/jobs/" + job->name + "/image?format=" + std::string(format_name(format)));
@@ -174,7 +175,7 @@ asio::awaitable<Reply> JobCalls::image(Call& call) {
   const std::shared_ptr<Job> job = services_.jobs.find(call.parameters[0]);
   const FileKey key = {.format = wanted_format(call.request, job->order.format),
                        .precision = job->order.precision};
-  if (job->state != Job::State::done) {
+  if (job->state != Job::State::done || job->order.is_sweep) {
     throw Refusal(http::status::not_found, "not-found",
                   "the job has no picture: it is under way, failed or was withdrawn");
   }

@@ -80,8 +80,8 @@ void Jobs::refuse_if_full() {
 std::shared_ptr<Job> Jobs::add(JobOrder order, RenderQueue::Ticket ticket) {
   refuse_if_full();
   auto job = std::make_shared<Job>();
-  job->name = api::random_hex(kNameBytes);
   job->order = std::move(order);
+  job->name = job->order.name.empty() ? api::random_hex(kNameBytes) : job->order.name;
   job->ticket.emplace(std::move(ticket));
   job->expiry = std::make_unique<asio::steady_timer>(
       context_, job->order.deadline.value_or(SteadyClock::time_point::max()));
@@ -116,7 +116,7 @@ asio::awaitable<void> Jobs::watch(std::shared_ptr<Job> job) {
                     "the render was not done when the client's time had run out");
     }
     auto result = std::static_pointer_cast<StoredRender>(job->ticket->result());
-    if (!job->order.is_kept) job->result = std::move(result);
+    if (!job->order.is_kept && !job->order.is_sweep) job->result = std::move(result);
   } catch (...) {
     failure = std::current_exception();
   }
@@ -148,6 +148,7 @@ void Jobs::withdraw(const std::shared_ptr<Job>& job) {
     std::erase(ended_, job);
     return;
   }
+  if (job->order.withdrawn) job->order.withdrawn(job->name);
   end(*job, Job::State::cancelled);
   ended_.push_back(job);
   job->expiry->cancel();  // wakes the watch
@@ -196,12 +197,15 @@ api::JobView view_of(const Job& job) {
   api::JobView view{.job = job.name,
                     .state = std::string(word_of(job, progress)),
                     .render = job.order.render,
+                    .is_sweep = job.order.is_sweep,
                     .queue_place = job.ticket ? job.ticket->place() : 0,
                     .fraction = progress.fraction,
                     .previews = progress.previews,
                     .is_kept = job.order.is_kept,
                     .problem = job.problem};
   if (std::isfinite(progress.upper_95)) view.upper_95 = progress.upper_95;
+  if (job.state == Job::State::active && job.order.waiting_for)
+    view.waiting_for = job.order.waiting_for();
   const bool runs = job.state == Job::State::active && progress.started != Progress::Time{};
   if (runs) view.remaining_ms = remaining_ms(job, progress);
   return view;

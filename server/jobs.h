@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +29,10 @@ struct JobOrder {
   bool is_kept = true;                    // its result will stand in the cache
   ImageFormat format = ImageFormat::png;  // of the picture, unless Accept says otherwise
   Precision precision = Precision::single;
+  bool is_sweep = false;  // then `render` is the sweep's id, and there is no picture
+  std::string name = {};  // that the job had before; empty: a new one
+  std::function<std::string()> waiting_for = {};  // what the work waits for, if it tells
+  std::function<void(const std::string& job)> withdrawn = {};  // while it was active
   double max_error = 0.0;  // that ends the render; 0: something else does
   std::optional<std::chrono::steady_clock::time_point> deadline = {};  // nobody waits beyond
 };

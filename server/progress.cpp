@@ -61,6 +61,11 @@ void Progress::advance(double fraction) {
   ++state_.version;
 }
 
+void Progress::changed() {
+  const std::lock_guard lock(mutex_);
+  ++state_.version;
+}
+
 void Progress::show(const Image& picture, double upper_95) {
   const auto now = std::chrono::steady_clock::now();
   if (shown_ != Time{} && now - shown_ < kBetweenPreviews) return;

@@ -29,6 +29,8 @@ class Progress {
   void begin();
   /// `fraction`: 0 to 1; smaller ones than before are passed over.
   void advance(double fraction);
+  /// Something else that is told of the work has changed.
+  void changed();
   /// Keeps a copy of at most kPreviewSide pixels a side, at most one in kBetweenPreviews.
   void show(const Image& picture, double upper_95);
   /// Takes a preview as it is.

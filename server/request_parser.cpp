@@ -9,6 +9,8 @@
 #include <boost/beast/http/error.hpp>
 #include <boost/url/parse.hpp>
 
+#include "server/routes.h"
+
 namespace fstop::server {
 namespace {
 
@@ -134,7 +136,10 @@ void RequestParser::on_request_impl(http::verb method, beast::string_view method
                                     beast::string_view target, int version, beast::error_code& ec) {
   ec = {};
   request_.verb = method;
-  if (method == http::verb::put) body_limit(limits_.max_upload_bytes);
+  if (method == http::verb::put) {
+    body_limit(is_content_path(view(target)) ? limits_.max_content_bytes
+                                             : limits_.max_upload_bytes);
+  }
   request_.method = std::string(view(method_text));
   request_.target = std::string(view(target));
   http_1_0_ = version == 10;

@@ -34,7 +34,8 @@ struct ParserLimits {
   std::size_t max_head_bytes = 0;
   std::size_t max_fields = 0;
   std::uint64_t max_body_bytes = 0;
-  std::uint64_t max_upload_bytes = 0;  // of a PUT
+  std::uint64_t max_upload_bytes = 0;   // of a PUT
+  std::uint64_t max_content_bytes = 0;  // of a PUT of any bytes, /v1/files/...
 };
 
 /// Beast's parser, made stricter where RFC 9112 lets a server choose or Beast 1.81 is lenient:

@@ -85,6 +85,8 @@ std::string Routes::allowed(std::string_view path) const {
 
 bool is_api_path(std::string_view path) { return path == "/v1" || path.substr(0, 4) == "/v1/"; }
 
+bool is_content_path(std::string_view path) { return path.starts_with("/v1/files/"); }
+
 bool is_guarded_path(std::string_view path) { return is_api_path(path) || path == "/metrics"; }
 
 }  // namespace fstop::server

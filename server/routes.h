@@ -53,6 +53,8 @@ class Routes {
 
 /// Whether `path` is "/v1" or below it.
 bool is_api_path(std::string_view path);
+/// Whether a PUT there brings any bytes, which their hash alone says all about.
+bool is_content_path(std::string_view path);
 /// Whether a token is asked for there: the API and the metrics.
 bool is_guarded_path(std::string_view path);
 

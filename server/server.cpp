@@ -22,6 +22,7 @@
 #include "api/render_id.h"
 #include "server/counted.h"
 #include "server/negotiation.h"
+#include "server/remote_cells.h"
 #include "server/reply_head.h"
 #include "server/thread_priority.h"
 
@@ -37,6 +38,7 @@ constexpr int kExpressNiceness = 4;  // small ones before them
 constexpr const char* kProbeAddress = "127.0.0.1";
 constexpr auto kLookAgain = std::chrono::milliseconds(5);
 constexpr int kReaderNiceness = 5;
+constexpr int kSweepsElsewhere = 8;  // that wait for workers at once
 constexpr int kReaderThreads = 2;
 constexpr int kEncoderThreads = 2;
 // Cancelled renders end within 50 ms; their clients are told before the sockets are closed.
@@ -112,11 +114,39 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .program = config.program}),
       measurement_calls_(
           {.limits = config_.limits, .log = log_, .renders = renders_, .program = config.program}),
+      contents_(config.file_folder.empty() ? nullptr
+                                           : std::make_unique<ContentFolder>(config.file_folder)),
+      file_calls_(contents_ ? std::make_unique<FileCalls>(*contents_) : nullptr),
+      cell_queue_(config.queue.empty() ? nullptr
+                                       : std::make_unique<NatsQueue>(
+                                             NatsQueue::Settings{.url = config.queue,
+                                                                 .name = "fstop serve",
+                                                                 .ack_wait = config.ack_wait},
+                                             log)),
+      sweep_calls_({.limits = config_.limits,
+                    .log = log_,
+                    .readers = readers_,
+                    .queue = sweeps_,
+                    .jobs = jobs_,
+                    .cells = {.limits = config_.limits,
+                              .queue = queue_,
+                              .work = work_,
+                              .renders = renders_,
+                              .scenes = scenes_,
+                              .costs = costs_},
+                    .maker = elsewhere(),
+                    .folder = config.sweep_folder,
+                    .file_folder = config.file_folder,
+                    .draining = draining_}),
       queue_(queue_shape()),
       charts_({.slots = 1,
                .most_queued = config.limits.queued_charts,
                .most_queued_per_client = config.limits.queued_charts,
                .niceness = kChartNiceness}),
+      sweeps_({.slots = cell_queue_ ? kSweepsElsewhere : 1,
+               .most_queued = config.limits.queued_sweeps,
+               .most_queued_per_client = config.limits.queued_sweeps,
+               .niceness = kReaderNiceness}),
       access_({.address = config.address,
                .token = config.token,
                .url_key = config.url_key,
@@ -138,6 +168,19 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                                          .access = probe_access_,
                                          .log = log_,
                                          .metrics = metrics_});
+}
+
+// Who makes the cells of sweeps, where that is not this server.
+std::function<std::unique_ptr<CellMaker>(ContentFolder&)> Server::elsewhere() {
+  if (!cell_queue_) return {};
+  return [this](ContentFolder& files) {
+    return std::make_unique<ServedCells>(ServedCells::Services{.queue = *cell_queue_,
+                                                               .files = files,
+                                                               .scenes = store_,
+                                                               .limits = config_.limits,
+                                                               .log = log_,
+                                                               .draining = draining_});
+  };
 }
 
 RenderQueue::Shape Server::queue_shape() const {
@@ -167,6 +210,8 @@ void Server::add_routes() {
   chart_calls_.add_to(routes_);
   scene_calls_.add_to(routes_);
   measurement_calls_.add_to(routes_);
+  if (file_calls_) file_calls_->add_to(routes_);
+  sweep_calls_.add_to(routes_);
   add_probes(routes_);
   add_docs();
   const auto add = [this](verb method, const char* pattern,
@@ -229,6 +274,7 @@ Reply Server::psf_reply(const Request& request) {
 
 void Server::run() {
   listener_.start();
+  asio::co_spawn(io_, sweep_calls_.resume(), asio::detached);
   std::jthread probes;
   if (probe_listener_) {
     probe_listener_->start();
@@ -259,6 +305,9 @@ void Server::drain() {
                           {"jobs", jobs_.active()},
                           {"running", counts.running},
                           {"queued", counts.queued}});
+  // What a sweep has done is kept: the next process goes on with it.
+  sweeps_.close();
+  sweeps_.cancel_all();
   asio::co_spawn(io_, drain_deadline(), asio::detached);
   listener_.finish([this] { asio::co_spawn(io_, stop_when_idle(), asio::detached); });
 }

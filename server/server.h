@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,13 +14,16 @@
 #include "server/access.h"
 #include "server/chart_calls.h"
 #include "server/config.h"
+#include "server/content_folder.h"
 #include "server/cost_model.h"
+#include "server/file_calls.h"
 #include "server/job_calls.h"
 #include "server/jobs.h"
 #include "server/listener.h"
 #include "server/log.h"
 #include "server/measurement_calls.h"
 #include "server/metrics.h"
+#include "server/nats_queue.h"
 #include "server/render_cache.h"
 #include "server/render_calls.h"
 #include "server/render_queue.h"
@@ -29,6 +33,7 @@
 #include "server/scene_cache.h"
 #include "server/scene_calls.h"
 #include "server/static_files.h"
+#include "server/sweep_calls.h"
 #include "server/worker_crew.h"
 #include "server/workers.h"
 
@@ -58,6 +63,7 @@ class Server {
   std::uint16_t probe_port() const { return probe_listener_ ? probe_listener_->port() : 0; }
 
   RenderQueue::Counts render_counts() const { return queue_.counts(); }
+  RenderQueue::Counts sweep_counts() const { return sweeps_.counts(); }
   RenderQueue::Counts chart_counts() const { return charts_.counts(); }
   SceneCache::Counts scene_counts() const { return scenes_.counts(); }
   WorkerCrew::Counts worker_counts() const {
@@ -71,6 +77,7 @@ class Server {
   void add_docs();
   std::string metrics_text() const;
   RenderQueue::Shape queue_shape() const;
+  std::function<std::unique_ptr<CellMaker>(ContentFolder&)> elsewhere();
   WorkerCrew::Shape crew_shape() const;
   boost::asio::awaitable<void> stop_when_idle();
   void drain();
@@ -101,8 +108,13 @@ class Server {
   ChartCalls chart_calls_;
   SceneCalls scene_calls_;
   MeasurementCalls measurement_calls_;
+  std::unique_ptr<ContentFolder> contents_;  // none without a data directory
+  std::unique_ptr<FileCalls> file_calls_;
+  std::unique_ptr<NatsQueue> cell_queue_;  // none: cells of sweeps are made here
+  SweepCalls sweep_calls_;
   RenderQueue queue_;  // its threads end before what they use
   RenderQueue charts_;
+  RenderQueue sweeps_;  // ends before the queue of the renders that it leads
   AccessRules access_;
   Routes routes_;
   Listener listener_;

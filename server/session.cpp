@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdio>
+#include <limits>
+#include <system_error>
 #include <utility>
 
 #include <boost/beast/core/string.hpp>
 
 #include "api/problem.h"
 #include "api/scene_upload.h"
-#include "server/counted.h"
 #include "server/reply_head.h"
 
 namespace fstop::server {
@@ -26,6 +28,50 @@ Refusal too_slow(const char* what) {
                  std::string("the ") + what + " did not arrive in time")
       .closing();
 }
+
+// Room for the body of a PUT, which is held whole: taken before the first of its bytes is read.
+class Room {
+ public:
+  Room(SessionContext::Incoming& incoming, const Request& request, const api::Limits& limits)
+      : incoming_(incoming), is_content_(is_content_path(request.path)) {
+    if (is_content_) {
+      bytes_ = std::min(announced(request), limits.content_bytes);
+      if (incoming.bytes + bytes_ > limits.incoming_bytes) throw too_many("1");
+      incoming.bytes += bytes_;
+    } else {
+      if (incoming.uploads >= kMostUploads) throw too_many("5");
+      ++incoming.uploads;
+    }
+  }
+  ~Room() {
+    if (is_content_) {
+      incoming_.bytes -= bytes_;
+    } else {
+      --incoming_.uploads;
+    }
+  }
+  Room(const Room&) = delete;
+  Room& operator=(const Room&) = delete;
+
+ private:
+  static Refusal too_many(const char* seconds) {
+    return Refusal(http::status::service_unavailable, "overloaded", "too many uploads at once")
+        .with("Retry-After", seconds)
+        .closing();
+  }
+  // In chunks it may be anything.
+  static std::size_t announced(const Request& request) {
+    const std::string_view text = request.header("Content-Length");
+    std::size_t bytes = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), bytes);
+    const bool is_number = error == std::errc() && !text.empty();
+    return is_number ? bytes : std::numeric_limits<std::size_t>::max();
+  }
+
+  SessionContext::Incoming& incoming_;
+  bool is_content_;
+  std::size_t bytes_ = 0;
+};
 
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -89,7 +135,8 @@ asio::awaitable<std::optional<Reply>> Session::answer(Request& request, RequestR
                        {.max_head_bytes = context_.limits.header_bytes,
                         .max_fields = static_cast<std::size_t>(context_.limits.header_fields),
                         .max_body_bytes = context_.limits.body_bytes,
-                        .max_upload_bytes = api::ArchiveLimits{}.packed_bytes});
+                        .max_upload_bytes = api::ArchiveLimits{}.packed_bytes,
+                        .max_content_bytes = context_.limits.content_bytes});
   std::exception_ptr failure;
   std::optional<Reply> reply;
   try {
@@ -153,20 +200,12 @@ asio::awaitable<Reply> Session::dispatch(Request& request, RequestParser& parser
     reply.set("Allow", allow);
     co_return reply;
   }
-  std::optional<Counted> upload;
+  std::optional<Room> room;
   Routes::Match match = context_.routes.match(request.verb, request.path);
   record.route = match.route->pattern;
   if (request.verb == http::verb::post || request.verb == http::verb::put) {
     check_content(request);
-    if (request.verb == http::verb::put) {
-      // Each may hold its whole body: none is read before there is room for it.
-      if (*context_.uploads >= kMostUploads) {
-        throw Refusal(http::status::service_unavailable, "overloaded", "too many uploads at once")
-            .with("Retry-After", "5")
-            .closing();
-      }
-      upload.emplace(*context_.uploads);
-    }
+    if (request.verb == http::verb::put) room.emplace(*context_.incoming, request, context_.limits);
     if (!parser.is_done()) co_await read_body(request, parser);
   } else if (!parser.is_done()) {
     throw Refusal(http::status::bad_request, "unexpected-body",

@@ -26,7 +26,12 @@ struct SessionContext {
   const AccessRules& access;
   Log& log;
   Metrics& metrics;
-  std::shared_ptr<int> uploads = std::make_shared<int>(0);  // being read, or worked on, now
+  // Being read, or worked on, now.
+  struct Incoming {
+    int uploads = 0;
+    std::size_t bytes = 0;  // of files by their hash
+  };
+  std::shared_ptr<Incoming> incoming = std::make_shared<Incoming>();
 };
 
 /// One connection: its requests one after the other, each answered before the next is read.

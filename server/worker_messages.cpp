@@ -21,7 +21,7 @@ using server::Plain;
 static_assert(Plain<CameraSpec> && Plain<EffectChoices> && Plain<ImageError> && Plain<RenderCost>);
 static_assert(Plain<PatternChoice> && Plain<HalftoneSpec>);
 static_assert(Plain<ObjectPlane> && Plain<Light> && Plain<SphereObject> && Plain<QuadObject>);
-static_assert(Plain<Mapping> && Plain<BumpMap> && Plain<NormalMap>);
+static_assert(Plain<Placement> && Plain<Mapping> && Plain<BumpMap> && Plain<NormalMap>);
 
 template <typename Stream>
 void pass(Stream& stream, Is<QualitySpec> auto& value) {
@@ -91,8 +91,8 @@ void pass(Stream& stream, Is<Mesh> auto& value) {
 
 template <typename Stream>
 void pass(Stream& stream, Is<MeshObject> auto& value) {
-  auto& [file, interpolation, crease_angle, mesh] = value;
-  stream(file, interpolation, crease_angle, mesh);
+  auto& [file, interpolation, crease_angle, mesh, placement] = value;
+  stream(file, interpolation, crease_angle, mesh, placement);
 }
 
 template <typename Stream>
@@ -170,7 +170,7 @@ MemoryFile result_file(const WorkerResult& result) { return file_with(result); }
 WorkerResult result_of(const MemoryFile& file) {
   auto result = value_of<WorkerResult>(file);
   const auto is_known = [](const auto& layer) {
-    return layer.first > Output::color && layer.first <= Output::normal;
+    return layer.first > Output::color && layer.first <= Output::valid;
   };
   const bool is_whole =
       !result.photograph.color.empty() && std::ranges::all_of(result.photograph.layers, is_known);

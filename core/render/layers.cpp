@@ -20,15 +20,18 @@ void fill_packet(const Shot& shot, const PinholeCamera& camera, int x, int y,
   shot.scene->intersect(packet, valid, Coherence::coherent);
   for (int lane = 0; lane < count; ++lane) {
     Length depth = kInfinitelyFar;
+    Length distance = kInfinitelyFar;
     Vec3f normal = {};
     if (packet.hit(lane)) {
       const Surface surface = shot.scene->surface(packet, lane);
       const Vec3f p = surface.position;
       const Vec3 offset = Vec3{p.x, p.y, p.z} - camera.pose().position();
       depth = Length::si(dot(offset, camera.pose().forward()));
+      distance = Length::si(norm(offset));
       normal = surface.shading_normal;
     }
     *layers.depth.at(x + lane, y) = static_cast<float>(depth.si());
+    *layers.distance.at(x + lane, y) = static_cast<float>(distance.si());
     // A surface through the pupil itself has depth 0, where blur has no value: the least depth.
     const Length seen = std::max(depth, kLeastDepth);
     *layers.coc.at(x + lane, y) =
@@ -45,7 +48,10 @@ void fill_packet(const Shot& shot, const PinholeCamera& camera, int x, int y,
 GeometryLayers geometry_layers(const Shot& shot, const RunControl& run) {
   const int width = shot.sensor.width;
   const int height = shot.sensor.height;
-  GeometryLayers layers{Image(width, height, 1), Image(width, height, 1), Image(width, height, 3)};
+  GeometryLayers layers{.depth = Image(width, height, 1),
+                        .distance = Image(width, height, 1),
+                        .coc = Image(width, height, 1),
+                        .normal = Image(width, height, 3)};
   const PinholeCamera camera = central_projection(shot.camera, shot.sensor);
   parallel_for(run, height, [&](int y) {
     for (int x = 0; x < width; x += kLanes) fill_packet(shot, camera, x, y, layers);

@@ -22,13 +22,16 @@
 namespace fstop {
 namespace {
 
-constexpr std::array<std::pair<Output, std::string_view>, 6> kOutputNames = {
+constexpr std::array<std::pair<Output, std::string_view>, 9> kOutputNames = {
     {{Output::color, "color"},
      {Output::depth, "depth"},
      {Output::coc, "coc"},
      {Output::all_in_focus, "all_in_focus"},
      {Output::variance, "variance"},
-     {Output::normal, "normal"}}};
+     {Output::normal, "normal"},
+     {Output::distance, "distance"},
+     {Output::coc_diameter, "coc_diameter"},
+     {Output::valid, "valid"}}};
 
 std::string width_text(const QualitySpec& quality) {
   char text[32];
@@ -54,12 +57,33 @@ Image all_in_focus(const Shot& shot, int samples, const RunControl& run) {
   return PinholeTrace().render(sharp, {}, 0.0, run).color;
 }
 
+// One value of each pixel made of another's.
+template <typename Function>
+Image each(const Image& from, const Function& function) {
+  Image made(from.width(), from.height(), 1);
+  std::ranges::transform(from.pixels(), made.pixels().begin(), function);
+  return made;
+}
+
 std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
                                   const RenderOutcome& outcome, const RunControl& run) {
   std::map<Output, Image> layers;
   const auto wants = [&](Output output) { return std::ranges::count(spec.outputs, output) > 0; };
-  if (wants(Output::depth) || wants(Output::coc) || wants(Output::normal)) {
+  constexpr std::array kOfGeometry = {Output::depth,    Output::coc,          Output::normal,
+                                      Output::distance, Output::coc_diameter, Output::valid};
+  if (std::ranges::any_of(kOfGeometry, wants)) {
     GeometryLayers geometry = geometry_layers(shot, run);
+    const double um_per_px = 1e6 * shot.sensor.pixel_pitch.si();
+    if (wants(Output::coc_diameter)) {
+      layers[Output::coc_diameter] = each(geometry.coc, [&](float px) {
+        return static_cast<float>(um_per_px * std::abs(static_cast<double>(px)));
+      });
+    }
+    if (wants(Output::valid)) {
+      layers[Output::valid] =
+          each(geometry.depth, [](float depth) { return std::isfinite(depth) ? 1.0F : 0.0F; });
+    }
+    if (wants(Output::distance)) layers[Output::distance] = std::move(geometry.distance);
     if (wants(Output::depth)) layers[Output::depth] = std::move(geometry.depth);
     if (wants(Output::coc)) layers[Output::coc] = std::move(geometry.coc);
     if (wants(Output::normal)) layers[Output::normal] = std::move(geometry.normal);

@@ -28,7 +28,17 @@ struct EffectChoices {
   EffectChoice falloff = EffectChoice::off;
 };
 
-enum class Output { color, depth, coc, all_in_focus, variance, normal };
+enum class Output {
+  color,
+  depth,
+  coc,
+  all_in_focus,
+  variance,
+  normal,
+  distance,
+  coc_diameter,
+  valid
+};
 
 struct QualitySpec {
   double max_error = 0.01;  // RMSE against the full model, linear, values clipped to [0,1]
@@ -92,7 +102,9 @@ struct RenderReport {
 /// The finished picture: colour (3 channels, linear) and the layers that were asked for:
 /// depth (1: metres along the axis, infinity for background), coc (1: signed px), all_in_focus
 /// (3), variance (3: expected square of the error by tiles of 16 x 16 pixels), normal (3: world,
-/// unit, 0 for background).
+/// unit, 0 for background), distance (1: metres along the pixel's centre ray, infinity for
+/// background), coc_diameter (1: |coc| in um on the sensor), valid (1: 1 where the centre ray met a
+/// surface, so that depth and blur are its own, else 0).
 struct Photograph {
   Image color = {};
   std::map<Output, Image> layers = {};

@@ -73,6 +73,39 @@ double rmse(const Image& a, const Image& b) {
   return std::sqrt(sum / static_cast<double>(a.pixels().size()));
 }
 
+// A plane 5 m away, which fills the left half of the frame: along the ray of a pixel at (x, y) on
+// the sensor it is 5 m sqrt(1 + (x^2 + y^2)/v^2) away, v = 1/(1/50 - 1/2000) mm.
+TEST(Simulation, LayersAreWhatTheirNamesSay) {
+  Scene scene;
+  scene.materials = {Material{.emission = {.value = {0.5F, 0.5F, 0.5F}}}};
+  scene.objects = {
+      {.shape = QuadObject{.corner = {-9, -9, -5}, .edge_u = {9, 0, 0}, .edge_v = {0, 18, 0}}}};
+  SimulationSpec spec = small_shot();
+  spec.quality.samples = 1;
+  spec.outputs = {Output::color,    Output::depth,        Output::coc,
+                  Output::distance, Output::coc_diameter, Output::valid};
+  const Photograph photo = photograph(spec, RayScene(scene));
+  const double v = 1.0 / (1.0 / 50.0 - 1.0 / 2000.0);
+  const double pitch = 36.0 / 96.0;  // mm
+  // c = (f/N) v |1/s - 1/d| in um
+  const double blur = 1e3 * (50.0 / 1.4) * v * (1.0 / 2000.0 - 1.0 / 5000.0);
+  for (int y = 0; y < spec.height; ++y) {
+    for (int x = 0; x < spec.width; ++x) {
+      const auto value = [&](Output output) { return *photo.layers.at(output).at(x, y); };
+      const bool is_hit = x < spec.width / 2;
+      EXPECT_EQ(value(Output::valid), is_hit ? 1.0F : 0.0F) << x << " " << y;
+      EXPECT_EQ(std::isinf(value(Output::distance)), !is_hit);
+      EXPECT_NEAR(value(Output::coc_diameter), 1e3 * pitch * std::abs(value(Output::coc)), 1e-3);
+      if (!is_hit) continue;
+      const double right = pitch * (x + 0.5 - spec.width / 2) / v;
+      const double down = pitch * (y + 0.5 - spec.height / 2) / v;
+      EXPECT_NEAR(value(Output::distance), 5.0 * std::sqrt(1.0 + right * right + down * down),
+                  1e-5);
+      EXPECT_NEAR(value(Output::coc_diameter), blur, 1e-6 * blur + 1e-3);
+    }
+  }
+}
+
 TEST(Simulation, SamePixelsForAnyNumberOfThreads) {
   const RayScene scene(busy_scene());
   SimulationSpec spec = small_shot();

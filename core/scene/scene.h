@@ -88,11 +88,20 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles = {};
 };
 
+/// Where a mesh is put, whatever coordinates its file has: scaled so that the largest side of its
+/// bounding box is `size`, turned about that box's vertical axis, its centre moved to `center`.
+struct Placement {
+  Vec3 center = {};
+  double size = 1.0;  // metres, > 0
+  double turn = 0.0;  // radians about +y, from +z towards +x
+};
+
 struct MeshObject {
   std::string file = {};
   Interpolation interpolation = Interpolation::phong;
   std::optional<double> crease_angle = {};  // radians: normals are averaged from faces up to it
   Mesh mesh = {};                           // filled by load_assets
+  std::optional<Placement> placement = {};  // done by api/scene_assets once the mesh is there
 };
 struct SphereObject {
   Vec3 center = {};

@@ -18,6 +18,9 @@ CLIENTS = 48
 PATIENCE_S = 0.2  # then it gets no more bytes, which is an answer to what waits for more
 PIECES = [b"\r\n", b"\r\n\r\n", b"\0", b": ", b"chunked", b"0\r\n\r\n", b"Content-Length: 3\r\n", b"%00", b"../", b'"',
           b"{", b"]", b"1e999", b"-0", b"HTTP/1.1", b"\xff", b"PUT ", b"Transfer-Encoding: chunked\r\n", b"null"]
+SWEEP = {"base": render(1), "axes": [
+    {"member": "/camera/lens/f_number", "range": {"from": 1.4, "to": 8, "spacing": "third-stop"}},
+    {"member": "/seed", "values": [1, 2]}], "combine": "cross", "seed": 3, "dry_run": True}
 PSF = {"camera": {"lens": {"f_number": 8}}, "object_distance_m": 3}
 
 
@@ -44,6 +47,8 @@ def seeds() -> list[bytes]:
         request_bytes("POST", "/v1/renders", json.dumps(bounded).encode(),
                       {"Prefer": "wait=1", "Idempotency-Key": "k", "Fstop-Deadline-Ms": "2000"}),
         request_bytes("POST", "/v1/renders", json.dumps(inline).encode(), {"Prefer": "respond-async"}),
+        request_bytes("POST", "/v1/sweeps", json.dumps(SWEEP).encode()),
+        request_bytes("GET", "/v1/sweeps/" + "0" * 64 + "/files/" + "0" * 64),
         request_bytes("POST", "/v1/psf", json.dumps(PSF).encode(), {"Accept": "application/json"}),
     ]
 

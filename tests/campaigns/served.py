@@ -73,7 +73,7 @@ def memory_of(process: int, kind: str) -> int:
 class Served:
     """`fstop serve` with a data directory of its own, which holds the scene "tiny"."""
 
-    def __init__(self, program: str, folder: Path, *arguments: str):
+    def __init__(self, program: str, folder: Path, *arguments: str, port: int = 0):
         self.folder = folder
         scene = folder / "data/scenes/tiny/scene.json"
         scene.parent.mkdir(parents=True, exist_ok=True)
@@ -85,7 +85,7 @@ class Served:
                        "UBSAN_OPTIONS": "print_stacktrace=1", "LSAN_OPTIONS": "exitcode=98"}
         with open(folder / "errors", "ab") as errors:
             self.process = subprocess.Popen(
-                [program, "serve", "--port", "0", "--port-file", folder / "port", "--data-dir", folder / "data",
+                [program, "serve", "--port", str(port), "--port-file", folder / "port", "--data-dir", folder / "data",
                  "--probe-port", "0", "--probe-port-file", folder / "probe-port",
                  "--log-file", folder / "log", *arguments],
                 stdin=subprocess.DEVNULL, stderr=errors, env=environment)

@@ -33,7 +33,8 @@ server::ParserLimits limits() {
   return {.max_head_bytes = limits.header_bytes,
           .max_fields = static_cast<std::size_t>(limits.header_fields),
           .max_body_bytes = std::uint64_t{1} << 16,
-          .max_upload_bytes = std::uint64_t{1} << 16};
+          .max_upload_bytes = std::uint64_t{1} << 16,
+          .max_content_bytes = std::uint64_t{1} << 16};
 }
 
 Understood understood(std::string_view wire, std::size_t piece) {

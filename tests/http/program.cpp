@@ -5,6 +5,8 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -65,10 +67,53 @@ Outcome run_fstop_until(const std::vector<std::string>& arguments, const std::st
   return {exit_code_of(status), text_of_file(path + "/output"), text_of_file(path + "/errors")};
 }
 
-ServerProcess::ServerProcess(const fs::path& folder, const std::vector<std::string>& arguments)
+RunningProgram::RunningProgram(const std::vector<std::string>& arguments,
+                               std::optional<std::uint64_t> file_bytes) {
+  std::string pattern = (fs::temp_directory_path() / "fstop-run-XXXXXX").string();
+  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  folder_ = pattern;
+  // The child inherits the bound.
+  rlimit before = {};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit bound{.rlim_cur = file_bytes.value_or(before.rlim_cur), .rlim_max = before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &bound);
+  process_ = start(arguments, "/dev/null", folder_ / "output", folder_ / "errors");
+  ::setrlimit(RLIMIT_FSIZE, &before);
+}
+
+RunningProgram::~RunningProgram() {
+  if (process_ > 0) {
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+  }
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+void RunningProgram::signal(int number) const { ::kill(process_, number); }
+
+void RunningProgram::grant_space() const {
+  rlimit now = {};
+  ::getrlimit(RLIMIT_FSIZE, &now);
+  ::prlimit(process_, RLIMIT_FSIZE, &now, nullptr);
+}
+
+std::string RunningProgram::errors() const { return text_of_file(folder_ / "errors"); }
+
+Outcome RunningProgram::wait() {
+  int status = 0;
+  ::waitpid(process_, &status, 0);
+  process_ = -1;
+  return {exit_code_of(status), text_of_file(folder_ / "output"), errors()};
+}
+
+ServerProcess::ServerProcess(const fs::path& folder, const std::vector<std::string>& arguments,
+                             std::uint16_t port)
     : folder_(folder) {
   const std::string port_file = (folder / "port").string();
-  std::vector<std::string> all = {"serve", "--port", "0", "--port-file", port_file};
+  fs::remove(port_file);  // of one that was killed
+  std::vector<std::string> all = {"serve", "--port", std::to_string(port), "--port-file",
+                                  port_file};
   all.insert(all.end(), arguments.begin(), arguments.end());
   process_ = start(all, "/dev/null", "", (folder / "log").string());
   const bool is_ready = eventually([&] {

@@ -106,6 +106,8 @@ TestServer::TestServer(Options options) {
       .program = FSTOP_PROGRAM,
       .worker_program = FSTOP_WORKER,
       .result_folder = options.result_folder,
+      .sweep_folder = options.data_folder.empty() ? fs::path() : options.data_folder / "sweeps",
+      .file_folder = options.data_folder.empty() ? fs::path() : options.data_folder / "files",
       .web_root = (folder_.path() / "web").string(),
       .scene_folders = {folder_.path() / "scenes"},
       .limits = options.limits};

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/sweep_cells.h"
+
+namespace fstop::server {
+
+/// What a cell is called in the queue and its tables: "SWEEP.INDEX".
+std::string cell_key(std::string_view sweep, std::uint32_t index);
+/// The index of a cell called `key`; nothing for what is no such name.
+std::optional<std::uint32_t> cell_index(std::string_view key);
+
+/// A whole number at least 0; 0 for a text that is none.
+int count_of(std::string_view text);
+
+/// An outcome as JSON, and the inverse. Throws: api::InvalidRequest.
+std::string outcome_text(const CellOutcome& outcome);
+CellOutcome outcome_of(std::string_view text);
+
+/// `text`, or, where it is too large for a message, what names it in the store, where it then lies.
+/// Throws: as ContentStore::put.
+std::string short_text(std::string text, ContentStore& store);
+/// The inverse; nothing where the store does not have it. Throws: as ContentStore::get.
+std::optional<std::string> whole_text(std::string text, ContentStore& store);
+
+}  // namespace fstop::server
