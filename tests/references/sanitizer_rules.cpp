@@ -8,6 +8,8 @@ const char* __lsan_default_suppressions();
 const char* __tsan_default_suppressions() {
   return "called_from_lib:libtbb.so\n"
          "called_from_lib:libembree3.so\n"
+         // Its sinks are handed over by counts of references that the library itself takes.
+         "race:spdlog::\n"
          // Embree builds on threads of oneTBB; nothing of ours runs under it but its memory count.
          "race:libembree3.so\n"
          "race:fstop::RayScene::Acceleration\n";
