@@ -20,7 +20,7 @@ constexpr double kFrequencyStep = 1.0 / 1024.0;  // cycles/px
 constexpr double kHighestFrequency = 4.0;        // the pixel's box leaves under 1e-3/nu^2.5 there
 constexpr double kPlaceStep = 1.0 / 16.0;        // px
 constexpr double kScaleStep = 0.03;
-constexpr int kParameters = 5;  // scale, offset, turn, dark, contrast
+constexpr int kParameters = 6;  // scale, offset, turn, dark, contrast, tilt
 constexpr int kTile = 16;       // px
 
 using Vector = cv::Vec<double, kParameters>;
@@ -143,9 +143,10 @@ Normal normal_equations(const std::vector<FittedPixel>& pixels, const ProfileFam
   Normal normal;
   for (const FittedPixel& pixel : pixels) {
     const Profile e = family.at(pixel.place.x - p[1] - p[2] * pixel.place.y, p[0]);
-    const Vector slopes{p[4] * e.by_scale, -p[4] * e.by_place, -p[4] * e.by_place * pixel.place.y,
-                        1.0, e.value};
-    const double residual = pixel.value - p[3] - p[4] * e.value;
+    const Vector slopes{
+        p[4] * e.by_scale, -p[4] * e.by_place, -p[4] * e.by_place * pixel.place.y, 1.0,
+        e.value,           pixel.place.x};
+    const double residual = pixel.value - p[3] - p[4] * e.value - p[5] * pixel.place.x;
     normal.matrix += slopes * slopes.t();
     normal.gradient += residual * slopes;
     normal.by_tile[pixel.tile] += residual * slopes;
@@ -174,7 +175,7 @@ ProfileScale fit_profile_scale(ImageView<const float> image, const SlantedEdgeSp
   const SlantedEdge edge = measured_slanted_edge(image, free);
   const std::vector<FittedPixel> pixels = pixels_of(image, spec, edge);
   const ProfileFamily family(transfer, edge.slant, edge.reach + 2.0);
-  Vector p{1.0, 0.0, 0.0, edge.levels.dark, edge.levels.bright - edge.levels.dark};
+  Vector p{1.0, 0.0, 0.0, edge.levels.dark, edge.levels.bright - edge.levels.dark, 0.0};
   constexpr int kMostSteps = 40;
   for (int i = 0; i < kMostSteps; ++i) {
     const Normal normal = normal_equations(pixels, family, p);

@@ -19,11 +19,14 @@ struct ProfileScale {
 };
 inline constexpr double kWidestProfileScale = 0.1;
 
-/// Fits scale, the edge's place and turn and both levels to every pixel of the region: the whole
-/// profile, which tells a scale far better than any one number read off it. A pixel's value is
+/// Fits scale, the edge's place and turn, both levels and a tilt to every pixel of the region: the
+/// whole profile, which tells a scale far better than any one number read off it. A pixel's value
+/// at x along the normal is
 ///
-///     dark + contrast E(x),  E(x) = 1/2 + int_0^inf H(nu, q) B(nu) sin(2 pi nu x)/(pi nu) dnu,
+///     dark + contrast E(x) + tilt x,
+///     E(x) = 1/2 + int_0^inf H(nu, q) B(nu) sin(2 pi nu x)/(pi nu) dnu.
 ///
+/// The tilt is what far light adds that the picture's frame leaves out, or a wall lit unevenly.
 /// B = sinc(nu cos) sinc(nu sin) the pixel's square seen along the normal. The integral is a
 /// midpoint sum over steps of 1/1024 cycles/px: exact but for the edges' images 512 px away, whose
 /// tails nearly cancel. Gauss-Newton; E is a parabola in q through 0.97, 1 and 1.03.

@@ -37,6 +37,17 @@ TEST(ProfileScale, FindsTheDiscOfAPictureMadeByQuadrature) {
   }
 }
 
+// Both sides brighter towards the right, by 0.02 over the picture: no part of the blur.
+TEST(ProfileScale, IsNotMisledByUnevenLight) {
+  Image image = oracle::edge_picture({.angle = kAngle}, oracle::disc_profile(1.01 * kRadius));
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      *image.at(x, y) += static_cast<float>(0.02 * x / image.width());
+    }
+  }
+  EXPECT_NEAR(fit_profile_scale(image.view(), whole(image), disc_otf).scale, 1.01, 1e-4);
+}
+
 // Far beyond the family the scale ends at its bound: red, not wrong by chance.
 TEST(ProfileScale, StopsAtTheWidestScale) {
   const Image image = oracle::edge_picture({.angle = kAngle}, oracle::disc_profile(2.0 * kRadius));

@@ -26,13 +26,21 @@ double pixel_transfer(double cycles_per_px) {
   return sinc(cycles_per_px * std::cos(kChartSlant)) * sinc(cycles_per_px * std::sin(kChartSlant));
 }
 
-SlantedEdgeSpec whole_picture(const SimulationSpec& shot) {
-  return {.region = {.x = 0, .y = 0, .width = shot.width, .height = shot.height},
+// Diffracted light reaches far: what lies outside a frame is left out of its picture far enough
+// away, so that the middle alone is measured.
+constexpr int kWindow = 128;  // px
+
+SlantedEdgeSpec middle_of(const SimulationSpec& shot) {
+  const int side = std::min({kWindow, shot.width, shot.height});
+  return {.region = {.x = (shot.width - side) / 2,
+                     .y = (shot.height - side) / 2,
+                     .width = side,
+                     .height = side},
           .channel = kGreen};
 }
 
 SlantedEdge edge_of(const Image& image, const SimulationSpec& shot) {
-  SlantedEdgeSpec spec = whole_picture(shot);
+  SlantedEdgeSpec spec = middle_of(shot);
   spec.levels = EdgeLevels{.dark = 0.0, .bright = 1.0};
   return measured_slanted_edge(image.view(), spec);
 }
@@ -116,7 +124,7 @@ void check_defocus_mtf(VerificationRun& run) {
     const Image image = run.picture(shot, edge_chart(shot, object));
     const TransferFunction disc = disc_transfer(nominal);
     const ProfileScale fit =
-        fit_profile_scale(image.view(), whole_picture(shot),
+        fit_profile_scale(image.view(), middle_of(shot),
                           [&](double nu, double scale) { return disc(nu * scale / pitch.si()); });
     const std::string what = "object " + distance_text(object);
     run.add(fitted("blur diameter by the whole profile, " + what, "mm", nominal.si() * 1e3,
@@ -127,7 +135,7 @@ void check_defocus_mtf(VerificationRun& run) {
 
 void check_diffraction_mtf(VerificationRun& run) {
   constexpr double kCutOff = 0.33;  // cycles/px: the pixel takes little of what is below
-  constexpr int kSmallestSide = 176;
+  constexpr int kSmallestSide = 256;
   constexpr int kLargestSide = 512;
   for (const double f_number : f_numbers_of(run.check())) {
     VerificationCheck one = with_f_number(run.check(), f_number);
@@ -144,7 +152,7 @@ void check_diffraction_mtf(VerificationRun& run) {
     const Image image = run.picture(shot, edge_chart(shot, focus));
     const TransferFunction theory = diffraction_transfer(one.camera);
     const ProfileScale fit =
-        fit_profile_scale(image.view(), whole_picture(shot),
+        fit_profile_scale(image.view(), middle_of(shot),
                           [&](double nu, double scale) { return theory(nu * scale / pitch.si()); });
     VerificationResult result =
         fitted("cut-off frequency at " + f_number_text(f_number) + " by the whole profile",
@@ -234,7 +242,7 @@ void add_optimum(VerificationRun& run, const HoleSharpness& holes) {
 }  // namespace
 
 void check_pinhole_optimum(VerificationRun& run) {
-  constexpr int kSide = 144;
+  constexpr int kSide = 256;
   constexpr double kPixels = 6.0;  // in sqrt(z lambda)
   const VerificationCheck& check = run.check();
   const auto* hole = std::get_if<PinholeSpec>(&check.camera.optics);
@@ -275,7 +283,7 @@ void check_pinhole_optimum(VerificationRun& run) {
       };
     };
     const ProfileScale by_wavelength =
-        fit_profile_scale(image.view(), whole_picture(shot), scaled(true));
+        fit_profile_scale(image.view(), middle_of(shot), scaled(true));
     const double weight = 1.0 / std::pow(by_wavelength.standard_error, 2);
     weights += weight;
     weighted += weight * by_wavelength.scale;
@@ -294,8 +302,8 @@ void check_pinhole_optimum(VerificationRun& run) {
   VerificationResult wavelength = fitted(
       "wavelength by the whole profiles of " + std::to_string(check.diameters.size()) + " holes",
       "nm", lambda * 1e9, weighted / weights, 1.0 / std::sqrt(weights));
-  // Over the picture's half-width t the zones number as cos^3, and the cone widens as 1/cos^3.
-  const double field = 0.5 * kSide * pitch.si() / z;
+  // Over the window's half-width t the zones number as cos^3, and the cone widens as 1/cos^3.
+  const double field = 0.5 * kWindow * pitch.si() / z;
   wavelength.shares.push_back({"the field's angle", 0.5 * field * field * lambda * 1e9});
   run.add(std::move(wavelength));
   add_optimum(run, holes);
