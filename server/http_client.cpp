@@ -44,7 +44,7 @@ struct Place {
 
 Place place_of(const std::string& url) {
   const auto parsed = boost::urls::parse_uri(url);
-  if (!parsed || parsed->scheme() != "http" || parsed->encoded_host_name().empty()) {
+  if (!parsed || parsed->scheme() != "http" || parsed->host_address().empty()) {
     throw Error(ErrorCode::invalid_request,
                 "--server: must be a URL such as http://127.0.0.1:8080, got " + url);
   }
