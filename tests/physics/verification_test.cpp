@@ -71,7 +71,7 @@ TEST(BaselineRate, RealNoiseAlarmsFalselyAsOftenAsItSays) {
   shot.effects.diffraction = EffectChoice::off;
   const RayScene scene(
       glowing_scene({glowing_square(shot, 4.0_m, 18.0),
-                     glowing_quad({-0.3, -0.25, -8.0}, {0.5, 0.1, 0.0}, {0.05, 0.4, 0.0})}));
+                     glowing_quad({-0.1, -0.08, -8.0}, {0.12, 0.02, 0.0}, {0.02, 0.1, 0.0})}));
   WorkerPool workers(2);
   std::vector<Image> pool;
   for (int seed = 1; seed <= kPool; ++seed) {
