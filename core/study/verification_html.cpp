@@ -74,7 +74,7 @@ std::string picture_figure(const VerificationOutcome& outcome) {
 std::string curve_figure(const VerificationCurve& curve) {
   const std::string what = curve.title + ": " + curve.y_label + " over " + curve.x_label +
                            ", measured as circles" +
-                           (curve.expected.empty() ? "" : ", closed form as a line");
+                           (curve.expected.empty() ? "" : ", closed forms joined by a line");
   return "<figure><img alt=\"" + xml_escaped(what) + "\" src=\"data:image/svg+xml;base64," +
          base64(verification_plot(curve)) + "\"><figcaption>" + xml_escaped(what) +
          "</figcaption></figure>\n";
@@ -91,7 +91,7 @@ std::string result_row(const VerificationResult& result) {
          cell(with_unit(result.measured, result.unit), "number") +
          cell(with_unit(result.expected, result.unit), "number") +
          cell(number_text(result.measured - result.expected, 2), "number") +
-         cell("+-" + number_text(result.tolerance(), 2), "number") +
+         cell("\u00b1" + number_text(result.tolerance(), 2), "number") +
          cell(shares_text(result), "soft") + "</tr>\n";
 }
 

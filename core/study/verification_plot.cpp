@@ -39,7 +39,9 @@ class LinearAxis {
     const double digit = rough / power < 1.5 ? 1.0 : rough / power < 3.5 ? 2.0 : 5.0;
     const double step = digit * power;
     std::vector<double> ticks;
-    for (double k = std::ceil(low_ / step); k * step <= high_; k += 1.0) ticks.push_back(k * step);
+    for (double k = std::ceil(low_ / step); k * step <= high_; k += 1.0) {
+      ticks.push_back(k * step + 0.0);  // no minus before a zero
+    }
     return ticks;
   }
 
@@ -77,7 +79,7 @@ void draw_axes(SvgWriter& svg, const LinearAxis& x, const LinearAxis& y,
 std::string verification_plot(const VerificationCurve& curve) {
   SvgWriter svg(kWidth, kHeight, curve.title,
                 curve.y_label + " over " + curve.x_label + ": measured as circles" +
-                    (curve.expected.empty() ? "" : ", expected as a line"));
+                    (curve.expected.empty() ? "" : ", closed forms joined by a line"));
   svg.rectangle({0.0, 0.0}, kWidth, kHeight, {.fill = "#ffffff"});
   if (!curve.x.empty()) {
     std::vector<double> heights = curve.measured;

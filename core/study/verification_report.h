@@ -34,7 +34,7 @@ std::string verification_html(const VerificationHeading& heading,
                               std::span<const VerificationOutcome> outcomes,
                               std::span<const PlantedTrial> trials);
 
-/// The curve as an SVG document: the closed form as a line, measurements as circles, on white.
+/// The curve as an SVG document: closed forms joined by a line, measurements as circles, on white.
 std::string verification_plot(const VerificationCurve& curve);
 
 }  // namespace fstop
