@@ -47,7 +47,7 @@ fstop_test(block_test LABEL unit
            LINK fstop_render)
 
 fstop_test(measure_test LABEL unit
-           SOURCES measure/disc_edge_test.cpp measure/image_difference_test.cpp
+           SOURCES measure/disc_edge_test.cpp measure/image_difference_test.cpp measure/profile_scale_test.cpp
                    measure/sharpness_test.cpp measure/slanted_edge_test.cpp
                    measure/spline_fit_test.cpp measure/spot_test.cpp measure/star_contrast_test.cpp
            LINK fstop_measure fstop_optics fstop_oracle)
@@ -67,4 +67,6 @@ fstop_test(spectral_test LABEL unit
 fstop_test(study_test LABEL unit
            SOURCES study/accuracy_chart_test.cpp study/chart_svg_test.cpp
                    study/pinhole_theory_test.cpp study/sweep_range_test.cpp
+                   study/expected_optics_test.cpp
+                   study/image_baseline_test.cpp study/verification_test.cpp
            LINK fstop_study)

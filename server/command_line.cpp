@@ -29,6 +29,8 @@ struct CommandLine {
   ChartOptions chart = {};
   SweepOptions sweep = {};
   DatasetOptions dataset = {};
+  VerifyOptions verify = {};
+  BaselineOptions baseline = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
   QueueWorkerOptions worker = {};
@@ -42,6 +44,9 @@ struct CommandLine {
   CLI::App* chart_command = nullptr;
   CLI::App* sweep_command = nullptr;
   CLI::App* dataset_command = nullptr;
+  CLI::App* verify_command = nullptr;
+  CLI::App* accept_command = nullptr;
+  CLI::App* check_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* read_scene_command = nullptr;
   CLI::App* read_image_command = nullptr;
@@ -212,6 +217,62 @@ void add_sweep(CommandLine& line) {
   add_sweep_options(line.dataset_command, options.sweep);
 }
 
+void add_source(CLI::App* command, PictureSourceOptions& options) {
+  command->add_option("--server", options.server,
+                      "URL of the fstop server that renders, else this program");
+  command->add_option("--token-file", options.token_file, "file with the server's token");
+  command->add_option("--threads", options.threads, "that render here; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+}
+
+void add_verify(CommandLine& line) {
+  VerifyOptions& options = line.verify;
+  CLI::App* command = line.app.add_subcommand(
+      "verify", "measure finished pictures of test charts against closed forms");
+  add_source(command, options.source);
+  command->add_option("--suite", options.suite, "a suite of checks, else the bundled one");
+  command->add_option("--junit", options.junit, "file for JUnit XML");
+  command->add_option("--report", options.report, "file for a report in HTML");
+  command->add_flag("--self-test", options.self_test,
+                    "plant errors of 1 % as well, each of which must be caught");
+  command->add_flag("--print-suite", options.print_suite, "print the bundled suite alone");
+  command->add_flag("--print-schema", options.print_schema,
+                    "print the JSON schema of suites alone");
+  line.verify_command = command;
+}
+
+void add_baseline_options(CLI::App* command, BaselineOptions& options) {
+  command->add_option("requests", options.requests, "render requests, files")->required();
+  command->add_option("--baselines", options.baselines, "folder of baselines")->required();
+  add_source(command, options.source);
+}
+
+void add_baseline(CommandLine& line) {
+  BaselineOptions& options = line.baseline;
+  CLI::App* command =
+      line.app.add_subcommand("baseline", "compare pictures with accepted ones, noise apart");
+  command->require_subcommand(1);
+  line.accept_command = command->add_subcommand("accept", "accept what is rendered now");
+  add_baseline_options(line.accept_command, options);
+  line.accept_command->add_option("--who", options.who, "accepts it")->required();
+  line.accept_command->add_option("--why", options.why, "it is accepted")->required();
+  line.accept_command
+      ->add_option("--replicates", options.replicates, "of other seeds, that tell the noise")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 256));
+  line.check_command = command->add_subcommand("check", "fail where pictures have changed");
+  add_baseline_options(line.check_command, options);
+  line.check_command
+      ->add_option("--alarm-rate", options.alarm_rate,
+                   "chance that an unchanged picture is called changed")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-9, 0.5));
+  line.check_command->add_option("--out", options.out,
+                                 "folder for result, baseline and deviation where they differ");
+}
+
 void add_commands(CommandLine& line) {
   line.app.require_subcommand(1);
   add_serve(line);
@@ -226,6 +287,8 @@ void add_commands(CommandLine& line) {
   add_chart(line);
   add_worker(line);
   add_sweep(line);
+  add_verify(line);
+  add_baseline(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -256,6 +319,9 @@ int run_command(const CommandLine& line) {
   if (line.chart_command->parsed()) return chart(line.chart);
   if (line.sweep_command->parsed()) return sweep(line.sweep);
   if (line.dataset_command->parsed()) return dataset(line.dataset);
+  if (line.verify_command->parsed()) return verify(line.verify);
+  if (line.accept_command->parsed()) return baseline_accept(line.baseline);
+  if (line.check_command->parsed()) return baseline_check(line.baseline);
   if (line.probe_command->parsed()) return probe(line.probe);
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
   if (line.read_image_command->parsed()) return read_image(line.color_space);

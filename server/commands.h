@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/config.h"
+#include "server/picture_source.h"
 
 namespace fstop::server {
 
@@ -55,6 +57,27 @@ struct DatasetOptions {
   SweepOptions sweep = {};  // all but the request
 };
 
+struct VerifyOptions {
+  PictureSourceOptions source = {};
+  std::string suite = {};   // a file; empty: the bundled suite
+  std::string junit = {};   // empty: no file
+  std::string report = {};  // HTML; empty: no file
+  bool self_test = false;   // plants errors, too
+  bool print_suite = false;
+  bool print_schema = false;
+};
+
+struct BaselineOptions {
+  PictureSourceOptions source = {};
+  std::vector<std::string> requests = {};  // files
+  std::string baselines = {};              // a folder
+  std::string who = {};
+  std::string why = {};
+  std::string out = {};  // a folder for pictures that differ; empty: none
+  int replicates = 16;
+  double alarm_rate = 0.01;  // of each picture
+};
+
 struct ProbeOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
@@ -93,6 +116,12 @@ int chart(const ChartOptions& options);
 int sweep(const SweepOptions& options);
 /// The same of the recipe `defocus-dataset`.
 int dataset(const DatasetOptions& options);
+/// Prints every result; 1 if one is red or a planted error is not caught.
+int verify(const VerifyOptions& options);
+/// Renders each request's replicates and keeps what they look like.
+int baseline_accept(const BaselineOptions& options);
+/// Prints how each request's picture compares with its baseline; 1 if one differs.
+int baseline_check(const BaselineOptions& options);
 /// 0 if the server on that port is ready.
 int probe(const ProbeOptions& options);
 /// Makes cells of a queue until a signal stops it.
