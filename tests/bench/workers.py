@@ -15,8 +15,7 @@ from served import arguments, load  # noqa: E402
 
 def timed(cluster: Cluster, cells: int, samples: int, first: int) -> dict:
     """One sweep: wall seconds from its first cell to its last outcome, processor seconds of everybody meanwhile."""
-    sweep = recipe(cells, samples)
-    sweep["axes"][0]["range"].update({"from": first, "to": first + cells - 1})
+    sweep = recipe(cells, samples, first=first)
     everybody = {"broker": [cluster.nats.process.pid], "store": cluster.server.processes(),
                  "workers": [worker.process.pid for worker in cluster.workers]}
     before = {name: sum(map(cpu_s, processes)) for name, processes in everybody.items()}

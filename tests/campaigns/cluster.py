@@ -112,10 +112,10 @@ class Cluster:
         self.close()
 
 
-def recipe(cells: int, samples: int, width: int = 48, height: int = 32) -> dict:
+def recipe(cells: int, samples: int, width: int = 48, height: int = 32, first: int = 1) -> dict:
     """So many images that differ in their seed alone."""
     base = render(0, width, height, quality={"samples": samples, "method": "lens-sampling"})
-    return {"base": base, "axes": [{"member": "/seed", "range": {"from": 1, "to": cells, "count": cells}}]}
+    return {"base": base, "axes": [{"member": "/seed", "values": list(range(first, first + cells))}]}
 
 
 def begin(port: int, sweep: dict) -> str:

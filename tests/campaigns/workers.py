@@ -18,7 +18,8 @@ def rendered(cluster: Cluster) -> tuple[int, int]:
 
 def main() -> None:
     options = arguments(__doc__, ("cells", 1000, "of the sweep"), ("workers", 4, "at once"),
-                        ("samples", 1024, "per pixel of each cell"), ("seed", 1, "of the kills"))
+                        ("samples", 1024, "per pixel of each cell"), ("seed", 1, "of the kills"),
+                        ("every", 1, "seconds between kills of a worker"), ("least", 10, "kills that must have been"))
     sweep = recipe(options.cells, options.samples)
     dice = random.Random(options.seed)
     start = time.monotonic()
@@ -35,16 +36,18 @@ def main() -> None:
 
         def disturb(second: int) -> None:
             nonlocal kills
+            if second == 10:
+                require(cluster.server.end(signal.SIGKILL) == -signal.SIGKILL, "the server had ended before")
+                cluster.serve()
+            if second % options.every != 0:
+                return
             victim = dice.choice(cluster.workers)
             victim.kill()
             victim.start()
             kills += 1
-            if second == 10:
-                require(cluster.server.end(signal.SIGKILL) == -signal.SIGKILL, "the server had ended before")
-                cluster.serve()
         manifest = until_done(cluster, name, disturb, patience_s=1800)
         wall_s = time.monotonic() - start
-        require(kills > 10, f"the sweep was done after {kills} kills: give it more cells or samples")
+        require(kills > options.least, f"the sweep was done after {kills} kills: give it more cells or samples")
         require_whole(cluster, manifest, options.cells)
         again, most = rendered(cluster)
     require(manifest == undisturbed, f"manifests differ: {sha256(manifest)} {sha256(undisturbed)}")

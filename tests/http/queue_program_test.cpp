@@ -194,8 +194,7 @@ std::string manifest_of(std::uint16_t port, const std::string& sweep) {
 std::string begun_sweep(std::uint16_t port, int cells) {
   const std::string recipe = R"({"base": )" + tiny_request(0) +
                              R"(, "axes": [{"member": "/seed", "range": {"from": 1, "to": )" +
-                             std::to_string(cells) + R"(, "count": )" + std::to_string(cells) +
-                             "}}]}";
+                             std::to_string(cells) + R"(, "step": 1}}]})";
   const Answer answer = ask(port, "POST", "/v1/sweeps", {}, recipe);
   EXPECT_EQ(answer.status, 202) << answer.body;
   constexpr std::string_view kMember = "\"sweep\":\"";
