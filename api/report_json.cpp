@@ -28,16 +28,29 @@ Json cost_json(const RenderCost& cost, const Timing& timing) {
 
 std::string report_json(std::string_view id, const RenderReport& report, const Timing& timing,
                         std::string_view normalised) {
-  const Json value = {{"id", id},
-                      {"method", report.method},
-                      {"model", model_json(report.model)},
-                      {"passed_over", passed_over_json(report.passed_over)},
-                      {"error", error_json(report.error)},
-                      {"optics", optics_members(report.optics)},
-                      {"cost", cost_json(report.cost, timing)},
-                      {"warnings", report.warnings},
-                      {"request", Json::parse(normalised)}};
+  Json value = {{"id", id},
+                {"method", report.method},
+                {"model", model_json(report.model)},
+                {"passed_over", passed_over_json(report.passed_over)},
+                {"error", error_json(report.error)},
+                {"optics", optics_members(report.optics)},
+                {"cost", cost_json(report.cost, timing)},
+                {"warnings", report.warnings},
+                {"request", Json::parse(normalised)}};
+  if (report.alpha_error) value["alpha_error"] = error_json(*report.alpha_error);
   return json_text(value);
+}
+
+std::optional<ImageError> alpha_error_of(std::string_view report) {
+  const auto value = nlohmann::json::parse(report, nullptr, false);
+  const auto member = value.find("alpha_error");
+  if (!value.is_object() || member == value.end() || !member->is_object()) return std::nullopt;
+  const auto number = [&](const char* key) { return member->value(key, 1.0); };
+  return ImageError{.estimate = number("estimate"),
+                    .upper_95 = number("upper_95"),
+                    .target = number("target"),
+                    .energy = number("energy"),
+                    .energy_upper_95 = number("energy_upper_95")};
 }
 
 }  // namespace fstop::api

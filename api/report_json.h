@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,5 +22,8 @@ struct Timing {
 /// Throws: Error{internal} if a number of the report is not a number.
 std::string report_json(std::string_view id, const RenderReport& report, const Timing& timing,
                         std::string_view normalised);
+
+/// The member "alpha_error" of such a report; nothing where it has none.
+std::optional<ImageError> alpha_error_of(std::string_view report);
 
 }  // namespace fstop::api

@@ -28,7 +28,7 @@ struct EffectChoices {
   EffectChoice falloff = EffectChoice::off;
 };
 
-enum class Output { color, depth, coc, all_in_focus, variance, normal };
+enum class Output { color, depth, coc, all_in_focus, variance, normal, alpha };
 
 struct QualitySpec {
   double max_error = 0.01;  // RMSE against the full model, linear, values clipped to [0,1]
@@ -84,6 +84,7 @@ struct RenderReport {
   std::vector<ModelledEffect> model = {};
   std::vector<PassedOverMethod> passed_over = {};
   ImageError error = {};
+  std::optional<ImageError> alpha_error = {};  // of the layer alpha, where it was asked for
   OpticalSummary optics = {};
   RenderCost cost = {};
   std::vector<std::string> warnings = {};
@@ -92,7 +93,9 @@ struct RenderReport {
 /// The finished picture: colour (3 channels, linear) and the layers that were asked for:
 /// depth (1: metres along the axis, infinity for background), coc (1: signed px), all_in_focus
 /// (3), variance (3: expected square of the error by tiles of 16 x 16 pixels), normal (3: world,
-/// unit, 0 for background).
+/// unit, 0 for background), alpha (1: the share of the pixel that
+/// the scene covers, through pupil and shutter). With alpha the background is no part of colour:
+/// black where it would be seen straight or through thin sheets, so that colour is premultiplied.
 struct Photograph {
   Image color = {};
   std::map<Output, Image> layers = {};
