@@ -27,16 +27,19 @@ struct CommandLine {
   RenderOptions render = {};
   PsfOptions psf = {};
   ChartOptions chart = {};
+  CompositeOptions composite = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
   std::string scene_name = {};
   std::string color_space = {};
+  std::string channels = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
   CLI::App* optics_command = nullptr;
   CLI::App* psf_command = nullptr;
   CLI::App* chart_command = nullptr;
+  CLI::App* composite_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* read_scene_command = nullptr;
   CLI::App* read_image_command = nullptr;
@@ -123,6 +126,20 @@ void add_render(CommandLine& line) {
   line.render_command = command;
 }
 
+void add_composite(CommandLine& line) {
+  CompositeOptions& options = line.composite;
+  CLI::App* command = line.app.add_subcommand("composite", "put renders and pictures together");
+  command->add_option("request", options.request, "a composite request, - for standard input")
+      ->required();
+  command->add_option("--out", options.out, "image file: .png .jpg .webp .tif .exr")->required();
+  command->add_option("--report", options.report, "file for the report, else standard output");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  line.composite_command = command;
+}
+
 void add_chart(CommandLine& line) {
   ChartOptions& options = line.chart;
   CLI::App* command =
@@ -151,6 +168,7 @@ void add_commands(CommandLine& line) {
   line.psf_command->add_option("--out", line.psf.out,
                                "image file: .exr .tif (density), .png .jpg .webp (stretched)");
   add_chart(line);
+  add_composite(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -170,6 +188,8 @@ void add_commands(CommandLine& line) {
   line.read_image_command->group("");
   line.read_image_command->add_option("color-space", line.color_space, "srgb or linear")
       ->required();
+  line.read_image_command->add_option("channels", line.channels, "color-alone or with-alpha")
+      ->required();
   line.version_command = line.app.add_subcommand("version", "print the version");
 }
 
@@ -179,9 +199,10 @@ int run_command(const CommandLine& line) {
   if (line.optics_command->parsed()) return optics(line.optics_request);
   if (line.psf_command->parsed()) return psf(line.psf);
   if (line.chart_command->parsed()) return chart(line.chart);
+  if (line.composite_command->parsed()) return composite(line.composite);
   if (line.probe_command->parsed()) return probe(line.probe);
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
-  if (line.read_image_command->parsed()) return read_image(line.color_space);
+  if (line.read_image_command->parsed()) return read_image(line.color_space, line.channels);
   if (line.sign_command->parsed()) return sign(line.sign);
   std::cout << api::engine_version() << '\n';
   return 0;

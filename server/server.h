@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "server/access.h"
 #include "server/chart_calls.h"
+#include "server/composite_calls.h"
 #include "server/config.h"
 #include "server/cost_model.h"
 #include "server/job_calls.h"
@@ -99,6 +100,7 @@ class Server {
   RenderCalls render_calls_;
   JobCalls job_calls_;
   ChartCalls chart_calls_;
+  CompositeCalls composite_calls_;
   SceneCalls scene_calls_;
   MeasurementCalls measurement_calls_;
   RenderQueue queue_;  // its threads end before what they use
