@@ -41,6 +41,9 @@ struct Limits {
   std::size_t measured_image_pixels = std::size_t{4} * 1'048'576;  // of a picture that is sent
   int waiting_measurements = 16;  // on the server; more are answered 503
 
+  // One composite.
+  std::size_t composite_layers = 16;
+
   // One chart of speed against accuracy.
   std::int64_t chart_pixels = 1'048'576;       // 2^20, of each picture
   std::int64_t chart_samples = 4'000'000'000;  // over all pixels of points and reference

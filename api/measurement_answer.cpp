@@ -242,8 +242,26 @@ Image read_sent_image(std::string_view bytes, ColorSpace color_space, const Limi
   return decode_texture("the image", std::as_bytes(std::span(bytes)), color_space, assets);
 }
 
+Image read_sent_layer(std::string_view bytes, ColorSpace color_space, const Limits& limits) {
+  AssetLimits assets = limits.assets;
+  assets.max_texture_pixels = limits.measured_image_pixels;
+  const auto file = std::as_bytes(std::span(bytes));
+  const Image color = decode_texture("the image", file, color_space, assets);
+  const Image alpha = decode_alpha("the image", file, assets);
+  if (alpha.empty()) return color;
+  Image layer(color.width(), color.height(), 4);
+  for (int y = 0; y < color.height(); ++y) {
+    for (int x = 0; x < color.width(); ++x) {
+      std::copy_n(color.at(x, y), kChannels, layer.at(x, y));
+      layer.at(x, y)[kChannels] = *alpha.at(x, y);
+    }
+  }
+  return layer;
+}
+
 std::string packed_image(const Image& image) {
-  std::string text = std::to_string(image.width()) + ' ' + std::to_string(image.height()) + '\n';
+  std::string text = std::to_string(image.width()) + ' ' + std::to_string(image.height()) + ' ' +
+                     std::to_string(image.channels()) + '\n';
   const std::size_t head = text.size();
   const std::size_t bytes = image.pixels().size() * sizeof(float);
   text.resize(head + bytes);
@@ -252,20 +270,23 @@ std::string packed_image(const Image& image) {
 }
 
 Image unpacked_image(std::string_view text, const Limits& limits) {
-  int width = 0;
-  int height = 0;
+  std::array<int, 3> sizes = {};  // width, height, channels
+  const char* at = text.data();
   const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, width);
-  const bool goes_on = first.ec == std::errc{} && first.ptr != end && *first.ptr == ' ';
-  const auto second = std::from_chars(goes_on ? first.ptr + 1 : end, end, height);
-  const bool is_whole = second.ec == std::errc{} && second.ptr != end && *second.ptr == '\n';
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const auto read = std::from_chars(at, end, sizes[i]);
+    const char separator = i + 1 < sizes.size() ? ' ' : '\n';
+    if (read.ec != std::errc{} || read.ptr == end || *read.ptr != separator) sizes[i] = 0;
+    at = std::min(read.ptr + 1, end);
+  }
+  const auto [width, height, channels] = sizes;
   const double pixels = static_cast<double>(width) * height;
-  if (!is_whole || width < 1 || height < 1 ||
+  if (width < 1 || height < 1 || (channels != 3 && channels != 4) ||
       pixels > static_cast<double>(limits.measured_image_pixels)) {
     throw Error(ErrorCode::internal, "the image reader's answer has no head");
   }
-  Image image(width, height, kChannels);
-  const std::string_view rest = text.substr(static_cast<std::size_t>(second.ptr + 1 - text.data()));
+  Image image(width, height, channels);
+  const std::string_view rest(at, static_cast<std::size_t>(end - at));
   if (rest.size() != image.pixels().size() * sizeof(float))
     throw Error(ErrorCode::internal, "the image reader's answer has another length");
   std::memcpy(image.pixels().data(), rest.data(), rest.size());

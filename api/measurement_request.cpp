@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include <openssl/evp.h>
-
+#include "api/base64.h"
 #include "api/json_reader.h"
 #include "api/json_text.h"
+#include "api/render_id.h"
 
 namespace fstop::api {
 namespace {
@@ -26,31 +26,6 @@ constexpr Named<ColorSpace> kColorSpaces[] = {{"srgb", ColorSpace::srgb},
 constexpr Range kValues = {-1e6, 1e6};  // what a picture's samples may be expected to be
 constexpr double kMostPixels = 16384.0;
 constexpr std::size_t kMostNumbers = 64;
-
-bool is_id(std::string_view text) {
-  const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
-  return text.size() == 64 && std::all_of(text.begin(), text.end(), is_digit);
-}
-
-bool is_base64_letter(char c) {
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' ||
-         c == '/';
-}
-
-// RFC 4648 4: padded, without line breaks. Nothing for what is none.
-std::optional<std::string> base64_decoded(std::string_view text) {
-  const std::size_t padding = text.size() - (text.find_last_not_of('=') + 1);
-  if (text.size() % 4 != 0 || padding > 2) return std::nullopt;
-  const std::string_view letters = text.substr(0, text.size() - padding);
-  if (!std::all_of(letters.begin(), letters.end(), is_base64_letter)) return std::nullopt;
-  std::string bytes(text.size() / 4 * 3, '\0');
-  const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
-                                     reinterpret_cast<const unsigned char*>(text.data()),
-                                     static_cast<int>(text.size()));
-  if (length < 0) return std::nullopt;
-  bytes.resize(static_cast<std::size_t>(length) - padding);
-  return bytes;
-}
 
 std::optional<PixelRegion> read_region(ObjectReader& item) {
   if (!item.has("region")) return std::nullopt;
@@ -167,7 +142,8 @@ MeasurementRequest parse_measurement_request(std::string_view body, const Limits
     (void)root.value("image", false);
   } else if (root.has("render")) {
     std::string id = root.text("render", 64);
-    if (root.clean() && !is_id(id)) root.fault("render", "must be a render's id, 64 hex digits");
+    if (root.clean() && !is_render_id(id))
+      root.fault("render", "must be a render's id, 64 hex digits");
     request.picture = std::move(id);
   } else {
     request.picture = read_image(root, limits);

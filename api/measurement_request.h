@@ -68,6 +68,9 @@ std::string measurement_json(const MeasurementRequest& request, ImageView<const 
 /// Throws: Error{bad_image}.
 Image read_sent_image(std::string_view bytes, ColorSpace color_space, const Limits& limits);
 
+/// The same with its alpha as a fourth channel, where the file has one: colours as they are stored.
+Image read_sent_layer(std::string_view bytes, ColorSpace color_space, const Limits& limits);
+
 /// A picture as bytes, and back: how it leaves the process that read it.
 std::string packed_image(const Image& image);
 /// Throws: Error{internal} for what is no such text.

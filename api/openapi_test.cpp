@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "api/chart_request.h"
+#include "api/composite_request.h"
 #include "api/contract_schema.h"
 #include "api/measurement_request.h"
 #include "api/optics_request.h"
@@ -28,7 +29,7 @@ std::string file_text(const fs::path& path) {
 }
 
 /// A kind of request, and the schema of its name.
-enum class Kind { render, optics, psf, chart, measurement, sweep };
+enum class Kind { render, optics, psf, chart, measurement, sweep, composite };
 
 std::string schema_of(Kind kind) {
   switch (kind) {
@@ -44,6 +45,8 @@ std::string schema_of(Kind kind) {
       return "MeasurementRequest";
     case Kind::sweep:
       return "SweepRequest";
+    case Kind::composite:
+      return "CompositeRequest";
   }
   return {};
 }
@@ -52,6 +55,7 @@ Kind kind_of_file(const std::string& name) {
   if (name.starts_with("optics")) return Kind::optics;
   if (name.starts_with("chart")) return Kind::chart;
   if (name.starts_with("sweep")) return Kind::sweep;
+  if (name.starts_with("composite")) return Kind::composite;
   if (name.starts_with("measurements")) return Kind::measurement;
   return name.starts_with("psf") ? Kind::psf : Kind::render;
 }
@@ -76,6 +80,9 @@ bool parses(const json& request, Kind kind) {
         break;
       case Kind::sweep:
         parse_sweep_request(request.dump(), Limits{}, SceneNames::stored_only);
+        break;
+      case Kind::composite:
+        parse_composite_request(request.dump(), Limits{}, SceneNames::stored_only);
         break;
     }
     return true;
@@ -145,7 +152,8 @@ TEST(OpenApi, AcceptsEveryExampleAsTheParsersDo) {
                                    {"/v1/psf", Kind::psf},
                                    {"/v1/charts", Kind::chart},
                                    {"/v1/sweeps", Kind::sweep},
-                                   {"/v1/measurements", Kind::measurement}}) {
+                                   {"/v1/measurements", Kind::measurement},
+                                   {"/v1/composites", Kind::composite}}) {
     const json& content = paths.at(path).at("post").at("requestBody").at("content");
     const json& example = content.at("application/json").at("example");
     EXPECT_EQ(ContractSchema(schema_of(kind)).objection(example), "") << path;
@@ -195,6 +203,7 @@ TEST(OpenApi, AgreesWithTheParserOnRenders) {
                     {"/seed", "1.5", false},
                     {"/seed", "true", false},
                     {"/outputs", R"(["depth", "coc"])", true},
+                    {"/outputs", R"(["alpha"])", true},
                     {"/outputs", "[]", false},
                     {"/outputs", R"(["depth", "depth"])", false},
                     {"/outputs", R"(["Z"])", false},
@@ -427,6 +436,59 @@ TEST(OpenApi, AgreesWithTheParserOnCharts) {
                     {"/illumination", "2", false},
                     {"/quality", "{}", false},
                     {"/outputs", R"(["color"])", false}});
+}
+
+TEST(OpenApi, AgreesWithTheParserOnComposites) {
+  const json render = {{"scene", "charts"}, {"camera", {{"lens", json::object()}}}};
+  const json original = {{"layers",
+                          {{{"render", render}},
+                           {{"render", std::string(64, 'a')}, {"operation", "overlay"}},
+                           {{"image", {{"file", "charts/floor.png"}}},
+                            {"operation", "key"},
+                            {"key", {{"color", {0, 1, 0}}}}}}}};
+  expect_agreement(original, Kind::composite,
+                   {{"/layers", "[]", false},
+                    {"/layers", "{}", false},
+                    {"/layers", "[{}]", false},
+                    {"/layers", "null", false},
+                    {"/unknown", "1", false},
+                    {"/outputs", R"(["alpha", "color"])", true},
+                    {"/outputs", R"(["depth"])", false},
+                    {"/outputs", "[]", false},
+                    {"/image", R"({"format": "exr", "precision": "half"})", true},
+                    {"/image", R"({"format": "gif"})", false},
+                    {"/image", R"({"width": 3})", false},
+                    {"/layers/0/image", R"({"file": "charts/floor.png"})", false},  // beside render
+                    {"/layers/0/operation", "\"over\"", true},
+                    {"/layers/0/operation", "\"under\"", false},
+                    {"/layers/0/opacity", "0", true},
+                    {"/layers/0/opacity", "1.01", false},
+                    {"/layers/0/opacity", "\"1\"", false},
+                    {"/layers/0/offset_px", "[-1000000, 1000000]", true},
+                    {"/layers/0/offset_px", "[0]", false},
+                    {"/layers/0/offset_px", "[0.5, 0]", false},
+                    {"/layers/0/offset_px", "[0, 1000001]", false},
+                    {"/layers/0/offset_px", "5", false},
+                    {"/layers/0/z", "1", false},
+                    {"/layers/0/render/camera/lens/f_number", "0.4", false},
+                    {"/layers/0/render/camera/zoom", "1", false},
+                    {"/layers/0/render/outputs", R"(["depth"])", true},
+                    {"/layers/0/render", "5", false},
+                    {"/layers/1/render", "\"abc\"", false},
+                    {"/layers/1/render", "null", false},
+                    {"/layers/2/key", "{}", false},
+                    {"/layers/2/key/color", "[0, 1]", false},
+                    {"/layers/2/key/color", "[0, -1, 0]", false},
+                    {"/layers/2/key/softness", "0", true},
+                    {"/layers/2/key/tolerance", "-0.1", false},
+                    {"/layers/2/key/hue", "1", false},
+                    {"/layers/2/image/file", "\"floor.png\"", false},
+                    {"/layers/2/image/file", "\"\"", false},
+                    {"/layers/2/image/base64", "\"AAAA\"", false},  // beside file
+                    {"/layers/2/image/alpha", "\"premultiplied\"", true},
+                    {"/layers/2/image/alpha", "\"none\"", false},
+                    {"/layers/2/image/color_space", "\"linear\"", true},
+                    {"/layers/2/image/color_space", "\"aces\"", false}});
 }
 
 TEST(OpenApi, AgreesWithTheParserOnMeasurements) {

@@ -31,6 +31,8 @@ std::vector<std::string> channel_names(Output output) {
       return {"coc.diameter"};
     case Output::valid:
       return {"mask.valid"};
+    case Output::alpha:
+      return {"A"};
   }
   throw Error(ErrorCode::internal, "an output without channels");
 }
@@ -106,6 +108,20 @@ const Image& image_of(const Photograph& photograph, Output output) {
   return found->second;
 }
 
+// Colours and alpha in one layer of four channels, the colours no longer multiplied by it.
+ImageLayer straight_layer(const Image& color, const Image& alpha) {
+  Image straight(color.width(), color.height(), 4);
+  for (int y = 0; y < color.height(); ++y) {
+    for (int x = 0; x < color.width(); ++x) {
+      const float share = *alpha.at(x, y);
+      float* to = straight.at(x, y);
+      for (int c = 0; c < 3; ++c) to[c] = share > 0.0F ? color.at(x, y)[c] / share : 0.0F;
+      to[3] = share;
+    }
+  }
+  return {{"R", "G", "B", "A"}, std::move(straight)};
+}
+
 }  // namespace
 
 std::vector<Output> layers_needed(ImageFormat format, const std::vector<Output>& asked) {
@@ -127,12 +143,22 @@ Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std
         {channel_names(Output::color), halftone(photograph.color, *spec.halftone)});
     return picture;
   }
-  picture.layers.push_back({channel_names(Output::color), photograph.color});
+  const auto alpha = photograph.layers.find(Output::alpha);
+  picture = color_picture(photograph.color,
+                          alpha == photograph.layers.end() ? Image() : alpha->second, format);
   for (const auto& [output, image] : photograph.layers) {
-    if (output != Output::color) picture.layers.push_back({channel_names(output), image});
+    if (output != Output::color && output != Output::alpha)
+      picture.layers.push_back({channel_names(output), image});
   }
   picture.attributes = attributes_of(spec, id);
   return picture;
+}
+
+Picture color_picture(const Image& color, const Image& alpha, ImageFormat format) {
+  if (alpha.empty()) return {.layers = {{channel_names(Output::color), color}}};
+  if (format == ImageFormat::jpeg) throw Error(ErrorCode::unsupported, "jpeg holds no alpha");
+  if (format != ImageFormat::exr) return {.layers = {straight_layer(color, alpha)}};
+  return {.layers = {{channel_names(Output::color), color}, {channel_names(Output::alpha), alpha}}};
 }
 
 Picture output_picture(const Photograph& photograph, Output output, const SimulationSpec& spec,

@@ -70,6 +70,26 @@ TEST(Picture, NamesChannelsAsTheContractDoes) {
   EXPECT_EQ(channels(picture_of(photograph(), spec(), "id", ImageFormat::exr)), expected);
 }
 
+// EXR: colours multiplied, then A; the others straight colours and A; JPEG has no place for it.
+TEST(Picture, HoldsAlphaAsTheFormatDoes) {
+  Photograph photo = photograph();
+  photo.color = filled(3, 0.25F);
+  photo.layers[Output::alpha] = filled(1, 0.5F);
+  const Picture exr = picture_of(photo, spec(), "id", ImageFormat::exr);
+  const std::vector<std::string> names = channels(exr);
+  EXPECT_EQ((std::vector(names.begin(), names.begin() + 4)),
+            (std::vector<std::string>{"R", "G", "B", "A"}));
+  EXPECT_EQ(names.size(), 15U);
+  EXPECT_EQ(exr.layers.front().image, filled(3, 0.25F));
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::webp, ImageFormat::tiff}) {
+    const Image first = picture_of(photo, spec(), "id", format).layers.front().image;
+    ASSERT_EQ(first.channels(), 4);
+    EXPECT_EQ(first.at(0, 0)[0], 0.5F);
+    EXPECT_EQ(first.at(0, 0)[3], 0.5F);
+  }
+  EXPECT_THROW(picture_of(photo, spec(), "id", ImageFormat::jpeg), Error);
+}
+
 TEST(Picture, StatesTheCamera) {
   const Picture picture = picture_of(photograph(), spec(), "0123", ImageFormat::exr);
   EXPECT_EQ(number(picture, "aperture"), 2.8);

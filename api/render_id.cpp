@@ -69,4 +69,9 @@ std::string render_id(std::string_view canonical_request, std::string_view scene
 
 std::string_view engine_version() { return "fstop/" FSTOP_VERSION; }
 
+bool is_render_id(std::string_view text) {
+  const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+  return text.size() == 64 && std::ranges::all_of(text, is_digit);
+}
+
 }  // namespace fstop::api

@@ -27,6 +27,9 @@ std::string scene_hash(std::string_view canonical_scene, std::span<const AssetBy
 std::string render_id(std::string_view canonical_request, std::string_view scene_hash,
                       std::string_view engine_version);
 
+/// Whether `text` can be a render's id: 64 lower-case hexadecimal digits.
+bool is_render_id(std::string_view text);
+
 /// "fstop/0.1.0": part of every id and of every EXR file.
 std::string_view engine_version();
 

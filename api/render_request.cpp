@@ -19,7 +19,7 @@ constexpr Named<Output> kOutputs[] = {
     {"coc", Output::coc},           {"all_in_focus", Output::all_in_focus},
     {"variance", Output::variance}, {"normal", Output::normal},
     {"distance", Output::distance}, {"coc_diameter", Output::coc_diameter},
-    {"valid", Output::valid}};
+    {"valid", Output::valid},       {"alpha", Output::alpha}};
 
 std::string scene_name(ObjectReader& root, SceneNames names) {
   const std::string name = root.text("scene", kScenePathBytes);
@@ -88,6 +88,12 @@ RenderRequest parse_render_request(std::string_view body, const Limits& limits, 
   request.spec.outputs = root.choices<Output>("outputs", kOutputs, "color");
   request.spec.seed = static_cast<std::uint32_t>(root.integer("seed", 0, 0xFFFF'FFFF, 0));
   root.reject_unread_members();
+  if (std::ranges::count(request.spec.outputs, Output::alpha) > 0) {
+    if (size.format == ImageFormat::jpeg) {
+      image.fault("format", "cannot be jpeg where outputs have alpha: it holds none");
+    }
+    if (size.halftone) image.fault("halftone", "cannot be had where outputs have alpha");
+  }
   if (camera.clean() && image.clean()) require_square_pixels(image, size, request.spec.camera);
   faults.throw_if_any();
 

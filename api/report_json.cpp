@@ -32,13 +32,15 @@ Json cost_json(const RenderCost& cost, const Timing& timing) {
 }
 
 Json report_members(const RenderReport& report, Json cost) {
-  return {{"method", report.method},
-          {"model", model_json(report.model)},
-          {"passed_over", passed_over_json(report.passed_over)},
-          {"error", error_json(report.error)},
-          {"optics", optics_members(report.optics)},
-          {"cost", std::move(cost)},
-          {"warnings", report.warnings}};
+  Json members = {{"method", report.method},
+                  {"model", model_json(report.model)},
+                  {"passed_over", passed_over_json(report.passed_over)},
+                  {"error", error_json(report.error)},
+                  {"optics", optics_members(report.optics)},
+                  {"cost", std::move(cost)},
+                  {"warnings", report.warnings}};
+  if (report.alpha_error) members["alpha_error"] = error_json(*report.alpha_error);
+  return members;
 }
 
 }  // namespace
@@ -55,6 +57,18 @@ std::string lasting_report_json(const RenderReport& report, std::string_view sce
   Json value = {{"scene_sha256", scene_hash}};
   value.update(report_members(report, cost_json(report.cost)));
   return json_text(value);
+}
+
+std::optional<ImageError> alpha_error_of(std::string_view report) {
+  const auto value = nlohmann::json::parse(report, nullptr, false);
+  const auto member = value.find("alpha_error");
+  if (!value.is_object() || member == value.end() || !member->is_object()) return std::nullopt;
+  const auto number = [&](const char* key) { return member->value(key, 1.0); };
+  return ImageError{.estimate = number("estimate"),
+                    .upper_95 = number("upper_95"),
+                    .target = number("target"),
+                    .energy = number("energy"),
+                    .energy_upper_95 = number("energy_upper_95")};
 }
 
 }  // namespace fstop::api

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -25,5 +26,7 @@ std::string report_json(std::string_view id, const RenderReport& report, const T
 /// The same without times and request, which is the same for equal renders: for a sweep's manifest.
 /// `scene_hash`: member "scene_sha256".
 std::string lasting_report_json(const RenderReport& report, std::string_view scene_hash);
+/// The member "alpha_error" of such a report; nothing where it has none.
+std::optional<ImageError> alpha_error_of(std::string_view report);
 
 }  // namespace fstop::api

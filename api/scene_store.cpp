@@ -131,6 +131,16 @@ std::vector<AssetBytes> SceneStore::files(std::string_view name) const {
   return files;
 }
 
+std::vector<std::byte> SceneStore::file(const std::string& name) const {
+  const std::size_t slash = name.find('/');
+  const fs::path folder = folder_of(std::string_view(name).substr(0, slash));
+  if (slash == std::string::npos || folder.empty()) {
+    throw Error(ErrorCode::not_found, "must name a stored scene's file, scene/file; there is no " +
+                                          shortened(name, limits_.echo_bytes));
+  }
+  return folder_assets(folder, limits_.assets)(name.substr(slash + 1));
+}
+
 LoadedScene SceneStore::load(const RenderRequest& request) const {
   if (const auto* name = std::get_if<std::string>(&request.scene)) {
     const fs::path folder = folder_of(*name);
@@ -138,16 +148,7 @@ LoadedScene SceneStore::load(const RenderRequest& request) const {
     if (folder.empty()) throw InvalidRequest(FieldFault{"#/scene", "there is no " + called});
     return load_named(called, folder / "scene.json", limits_);
   }
-  const AssetReader read = [this](const std::string& name) {
-    const std::size_t slash = name.find('/');
-    const fs::path folder = folder_of(std::string_view(name).substr(0, slash));
-    if (slash == std::string::npos || folder.empty()) {
-      throw Error(ErrorCode::not_found,
-                  "must name a stored scene's file, scene/file; there is no " +
-                      shortened(name, limits_.echo_bytes));
-    }
-    return folder_assets(folder, limits_.assets)(name.substr(slash + 1));
-  };
+  const AssetReader read = [this](const std::string& name) { return file(name); };
   return load_scene(std::get<SceneDocument>(request.scene), read, "#/scene", limits_);
 }
 

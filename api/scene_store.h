@@ -43,6 +43,10 @@ class SceneStore {
   ///         an inline scene that is missing, truncated or too large.
   LoadedScene load(const RenderRequest& request) const;
 
+  /// The bytes of a file that `name`, scene/file, calls.
+  /// Throws: Error{not_found, bad_path, io_failure, over_budget}.
+  std::vector<std::byte> file(const std::string& name) const;
+
   /// The folder of scene NAME; empty if there is none.
   std::filesystem::path folder_of(std::string_view name) const;
 

@@ -53,6 +53,7 @@ fstop_test(measure_test LABEL unit
            LINK fstop_measure fstop_optics fstop_oracle)
 
 fstop_test(finishing_test LABEL unit SOURCES post/composite_test.cpp post/halftone_test.cpp
+                   post/layer_stack_test.cpp
            LINK fstop_post)
 
 fstop_test(point_spread_test LABEL unit

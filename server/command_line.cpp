@@ -31,11 +31,13 @@ struct CommandLine {
   DatasetOptions dataset = {};
   VerifyOptions verify = {};
   BaselineOptions baseline = {};
+  CompositeOptions composite = {};
   ProbeOptions probe = {};
   SignOptions sign = {};
   QueueWorkerOptions worker = {};
   std::string scene_name = {};
   std::string color_space = {};
+  std::string channels = {};
   std::string optics_request = "-";
   CLI::App* serve_command = nullptr;
   CLI::App* render_command = nullptr;
@@ -47,6 +49,7 @@ struct CommandLine {
   CLI::App* verify_command = nullptr;
   CLI::App* accept_command = nullptr;
   CLI::App* check_command = nullptr;
+  CLI::App* composite_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* read_scene_command = nullptr;
   CLI::App* read_image_command = nullptr;
@@ -138,6 +141,20 @@ void add_render(CommandLine& line) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
   line.render_command = command;
+}
+
+void add_composite(CommandLine& line) {
+  CompositeOptions& options = line.composite;
+  CLI::App* command = line.app.add_subcommand("composite", "put renders and pictures together");
+  command->add_option("request", options.request, "a composite request, - for standard input")
+      ->required();
+  command->add_option("--out", options.out, "image file: .png .jpg .webp .tif .exr")->required();
+  command->add_option("--report", options.report, "file for the report, else standard output");
+  command->add_option("--threads", options.threads, "that render; 0: one for each processor")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
+  line.composite_command = command;
 }
 
 void add_chart(CommandLine& line) {
@@ -289,6 +306,7 @@ void add_commands(CommandLine& line) {
   add_sweep(line);
   add_verify(line);
   add_baseline(line);
+  add_composite(line);
   line.probe_command = line.app.add_subcommand("probe", "succeed if a server is ready");
   line.probe_command->add_option("--port", line.probe.port, "of the server")->capture_default_str();
   line.probe_command->add_option("--address", line.probe.address, "of the server")
@@ -308,6 +326,8 @@ void add_commands(CommandLine& line) {
   line.read_image_command->group("");
   line.read_image_command->add_option("color-space", line.color_space, "srgb or linear")
       ->required();
+  line.read_image_command->add_option("channels", line.channels, "color-alone or with-alpha")
+      ->required();
   line.version_command = line.app.add_subcommand("version", "print the version");
 }
 
@@ -322,9 +342,10 @@ int run_command(const CommandLine& line) {
   if (line.verify_command->parsed()) return verify(line.verify);
   if (line.accept_command->parsed()) return baseline_accept(line.baseline);
   if (line.check_command->parsed()) return baseline_check(line.baseline);
+  if (line.composite_command->parsed()) return composite(line.composite);
   if (line.probe_command->parsed()) return probe(line.probe);
   if (line.read_scene_command->parsed()) return read_scene(line.scene_name);
-  if (line.read_image_command->parsed()) return read_image(line.color_space);
+  if (line.read_image_command->parsed()) return read_image(line.color_space, line.channels);
   if (line.sign_command->parsed()) return sign(line.sign);
   if (line.worker_command->parsed()) return queue_worker(line.worker);
   std::cout << api::engine_version() << '\n';

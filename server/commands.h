@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/encode/image_codec.h"
 #include "server/config.h"
 #include "server/picture_source.h"
 
@@ -78,6 +81,14 @@ struct BaselineOptions {
   double alarm_rate = 0.01;  // of each picture
 };
 
+struct CompositeOptions {
+  std::string request = {};  // a file, or "-" for standard input
+  std::string out = {};
+  std::string report = {};  // empty: standard output
+  std::string scenes_dir = {};
+  int threads = 0;
+};
+
 struct ProbeOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
@@ -108,6 +119,8 @@ int render(const RenderOptions& options);
 int optics(const std::string& request);
 /// Prints the numbers; writes the image where one is asked for.
 int psf(const PsfOptions& options);
+/// Writes the composite's image; prints its report or writes it.
+int composite(const CompositeOptions& options);
 /// Prints the chart's numbers; writes the drawing where one is asked for. SIGINT and SIGTERM stop
 /// it.
 int chart(const ChartOptions& options);
@@ -129,11 +142,19 @@ int queue_worker(const QueueWorkerOptions& options);
 /// Locks itself in, reads a scene archive on standard input and prints what is to be stored: what
 /// the server runs apart from itself. Throws: as api::read_upload.
 int read_scene(const std::string& name);
-/// The same for a picture ("srgb" or "linear") that is to be measured: prints its pixels.
-/// Throws: as api::read_sent_image.
-int read_image(const std::string& color_space);
+/// The same for a picture ("srgb" or "linear") of which the "color-alone" is wanted or that
+/// "with-alpha": prints its pixels. Throws: as api::read_sent_image.
+int read_image(const std::string& color_space, const std::string& channels);
 /// Prints the target with its signature.
 int sign(const SignOptions& options);
+
+/// What a file's name says of its format: a format's name, or one of the usual short forms; nothing
+/// where it has no suffix. Throws: Error{unsupported}.
+std::optional<ImageFormat> format_of_name(const std::filesystem::path& file);
+/// Throws: as write_file.
+void write_image(const std::string& file, const std::vector<std::byte>& bytes);
+/// A line on standard output. Throws: Error{io_failure}.
+void print_line(const std::string& text);
 
 /// All of a file, or of standard input for "-".
 /// Throws: Error{not_found, over_budget, io_failure}.

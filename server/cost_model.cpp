@@ -121,7 +121,8 @@ std::string kind_of(const SimulationSpec& spec) {
     kind += static_cast<char>('0' + static_cast<int>(effect));
   kind += static_cast<char>('0' + static_cast<int>(spec.illumination));
   const bool is_twice = std::ranges::count(spec.outputs, Output::all_in_focus) > 0;
-  return kind + (is_twice ? "+" : "");
+  const bool has_alpha = std::ranges::count(spec.outputs, Output::alpha) > 0;
+  return kind + (is_twice ? "+" : "") + (has_alpha ? "a" : "");
 }
 
 // What the group does not know yet it believes of what others of the kind have shown.

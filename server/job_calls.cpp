@@ -188,6 +188,7 @@ asio::awaitable<Reply> JobCalls::image(Call& call) {
     throw Refusal(http::status::gone, "gone", "the picture is no longer kept: ask for it again");
   }
   call.record.render = render->id;
+  require_room_for_alpha(render->spec, key.format);
   const EncodedFile encoded =
       co_await encoded_file(services_.encoders, services_.renders, render, key);
   Reply reply =

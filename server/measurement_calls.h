@@ -9,6 +9,7 @@
 #include "server/log.h"
 #include "server/render_cache.h"
 #include "server/routes.h"
+#include "server/sent_image.h"
 #include "server/workers.h"
 
 namespace fstop::server {
@@ -30,9 +31,9 @@ class MeasurementCalls {
  private:
   boost::asio::awaitable<Reply> measure(Call& call);
   std::string answer(const std::string& body);
-  Image decoded(const api::SentImage& sent);
 
   MeasurementServices services_;
+  SentImageReader images_;
   Workers workers_;  // of its own: a picture that is sent may take long to read
   int waiting_ = 0;
 };

@@ -59,6 +59,31 @@ Refusal too_late() {
 
 }  // namespace
 
+// Samples that the planner chooses are bounded while they are
+// taken; those that are asked for are certain.
+void refuse_what_costs_too_much(const RenderTask& task, const api::Limits& limits) {
+  const auto most_s = std::chrono::duration<double>(limits.render_time).count();
+  const auto most_bytes = static_cast<double>(limits.render_bytes);
+  const QualitySpec& quality = task.request->spec.quality;
+  const bool takes_too_long = quality.samples && task.cost.wall_s > most_s;
+  if (!takes_too_long && task.cost.memory_bytes <= most_bytes) return;
+  const std::string detail =
+      takes_too_long
+          ? "the render is predicted to take " + digits(task.cost.wall_s, 3) + " s, more than " +
+                digits(most_s, 6) + " s"
+          : "the render is predicted to take " + digits(task.cost.memory_bytes / (1 << 20), 4) +
+                " MiB, more than " + digits(most_bytes / (1 << 20), 6) + " MiB";
+  throw Refusal(http::status::unprocessable_entity, "over-budget", detail).predicting(task.cost);
+}
+
+std::string short_number(double number) { return digits(number, 6); }
+
+void require_room_for_alpha(const SimulationSpec& spec, ImageFormat format) {
+  if (format != ImageFormat::jpeg || std::ranges::count(spec.outputs, Output::alpha) == 0) return;
+  throw Refusal(http::status::not_acceptable, "not-acceptable",
+                "this render has alpha, and jpeg holds none: ask for png, webp, tiff or exr");
+}
+
 void describe(Reply& reply, const StoredRender& render) {
   const ImageError& error = render.photograph.report.error;
   reply.set("Fstop-Render-Id", render.id);
@@ -163,6 +188,7 @@ RenderCalls::Prepared RenderCalls::prepare(const Request& request) {
   prepared.wanted = negotiated(request.header("Accept"), parsed->format, true);
   RenderTask& task = prepared.task;
   task.format = prepared.wanted.value_or(parsed->format);
+  require_room_for_alpha(parsed->spec, task.format);
   task.scene_hash = services_.scenes.hash(*parsed);
   task.id = api::render_id(parsed->canonical, task.scene_hash, api::engine_version());
   task.request = std::move(parsed);
@@ -171,25 +197,8 @@ RenderCalls::Prepared RenderCalls::prepare(const Request& request) {
   if (task.is_kept()) prepared.there = services_.renders.load(task.id);
   if (prepared.there) return prepared;
   task.cost = services_.costs.predict(task.request->spec, task.scene_hash);
-  refuse_what_costs_too_much(task);
+  refuse_what_costs_too_much(task, services_.limits);
   return prepared;
-}
-
-// Before anything is allocated for it. Samples that the planner chooses are bounded while they are
-// taken; those that are asked for are certain.
-void RenderCalls::refuse_what_costs_too_much(const RenderTask& task) const {
-  const auto most_s = std::chrono::duration<double>(services_.limits.render_time).count();
-  const auto most_bytes = static_cast<double>(services_.limits.render_bytes);
-  const QualitySpec& quality = task.request->spec.quality;
-  const bool takes_too_long = quality.samples && task.cost.wall_s > most_s;
-  if (!takes_too_long && task.cost.memory_bytes <= most_bytes) return;
-  const std::string detail =
-      takes_too_long
-          ? "the render is predicted to take " + digits(task.cost.wall_s, 3) + " s, more than " +
-                digits(most_s, 6) + " s"
-          : "the render is predicted to take " + digits(task.cost.memory_bytes / (1 << 20), 4) +
-                " MiB, more than " + digits(most_bytes / (1 << 20), 6) + " MiB";
-  throw Refusal(http::status::unprocessable_entity, "over-budget", detail).predicting(task.cost);
 }
 
 RenderQueue::Ticket RenderCalls::submit(const Call& call, const Prepared& prepared) {
@@ -283,6 +292,7 @@ asio::awaitable<Reply> RenderCalls::output(Call& call) {
 asio::awaitable<Reply> RenderCalls::file_reply(Call& call, FileKey key) {
   key.format = wanted_format(call.request, key.format);
   const std::shared_ptr<StoredRender> render = co_await stored(call);
+  if (!key.alone) require_room_for_alpha(render->spec, key.format);
   const EncodedFile encoded =
       co_await encoded_file(services_.encoders, services_.renders, render, key);
   Reply reply =

@@ -55,7 +55,6 @@ class RenderCalls {
   boost::asio::awaitable<Reply> output(Call& call);
 
   Prepared prepare(const Request& request);
-  void refuse_what_costs_too_much(const RenderTask& task) const;
   RenderQueue::Ticket submit(const Call& call, const Prepared& prepared);
   boost::asio::awaitable<Reply> created(Call& call, const Prepared& prepared,
                                         std::shared_ptr<StoredRender> render, bool was_there);
@@ -71,6 +70,16 @@ class RenderCalls {
 /// The file `key` of `render`, encoded by `encoders` if it has not been.
 boost::asio::awaitable<EncodedFile> encoded_file(Workers& encoders, RenderCache& renders,
                                                  std::shared_ptr<StoredRender> render, FileKey key);
+
+/// Refuses, before anything is allocated for it, what is predicted to take more time or memory than
+/// one render may. Throws: Refusal 422 with the prediction.
+void refuse_what_costs_too_much(const RenderTask& task, const api::Limits& limits);
+
+/// At most 6 digits.
+std::string short_number(double number);
+
+/// Throws: Refusal 406 for JPEG of a render that has alpha.
+void require_room_for_alpha(const SimulationSpec& spec, ImageFormat format);
 
 /// The headers that name a render, its method and error.
 void describe(Reply& reply, const StoredRender& render);

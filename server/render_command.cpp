@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
@@ -27,7 +28,8 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
-// What a file's name says of its format: a format's name, or one of the usual short forms.
+}  // namespace
+
 std::optional<ImageFormat> format_of_name(const fs::path& file) {
   constexpr std::pair<std::string_view, ImageFormat> kExtensions[] = {
       {".png", ImageFormat::png},   {".jpeg", ImageFormat::jpeg}, {".jpg", ImageFormat::jpeg},
@@ -48,18 +50,19 @@ void write_image(const std::string& file, const std::vector<std::byte>& bytes) {
   write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-void print(const std::string& text) {
+void print_line(const std::string& text) {
   std::cout << text << '\n' << std::flush;
   if (!std::cout) throw Error(ErrorCode::io_failure, "cannot write to standard output");
 }
-
-}  // namespace
 
 int render(const RenderOptions& options) {
   const api::Limits limits = api::command_line_limits();
   const auto request = api::parse_render_request(text_of(options.request, limits.body_bytes),
                                                  limits, api::SceneNames::stored_or_files);
   const ImageFormat format = format_of_name(options.out).value_or(request.format);
+  if (format == ImageFormat::jpeg && std::ranges::count(request.spec.outputs, Output::alpha) > 0) {
+    throw Error(ErrorCode::unsupported, "jpeg holds no alpha: --out must end in another suffix");
+  }
   const fs::path folder =
       options.request == "-" ? fs::path(".") : fs::absolute(options.request).parent_path();
   const api::SceneStore store(
@@ -83,7 +86,7 @@ int render(const RenderOptions& options) {
   write_image(options.out, bytes);
   const std::string report = api::report_json(id, photograph.report, timing, request.normalised);
   if (options.report.empty()) {
-    print(report);
+    print_line(report);
   } else {
     write_file(options.report, report + "\n");
   }
@@ -104,13 +107,14 @@ int psf(const PsfOptions& options) {
     write_image(options.out,
                 encode(api::psf_picture(request, format, limits, run).picture, format));
   }
-  print(numbers);
+  print_line(numbers);
   return 0;
 }
 
 int optics(const std::string& request) {
   const api::Limits limits = api::command_line_limits();
-  print(api::optics_json(api::parse_optics_request(text_of(request, limits.body_bytes), limits)));
+  print_line(
+      api::optics_json(api::parse_optics_request(text_of(request, limits.body_bytes), limits)));
   return 0;
 }
 

@@ -132,6 +132,7 @@ std::shared_ptr<StoredRender> result_of(std::string_view bytes, std::string_view
     *value = reader.number<double>();
   render->normalised = reader.text();
   render->report = reader.text();
+  render->photograph.report.alpha_error = api::alpha_error_of(render->report);
   if (render->id != id || !read_images(reader, render->photograph)) return nullptr;
   try {
     render->spec =

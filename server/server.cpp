@@ -106,6 +106,18 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                     .queue = charts_,
                     .scenes = scenes_,
                     .draining = draining_}),
+      composite_calls_({.limits = config_.limits,
+                        .log = log_,
+                        .readers = readers_,
+                        .encoders = encoders_,
+                        .work = work_,
+                        .queue = queue_,
+                        .renders = renders_,
+                        .scenes = scenes_,
+                        .costs = costs_,
+                        .store = store_,
+                        .program = config.program,
+                        .draining = draining_}),
       scene_calls_({.limits = config_.limits,
                     .log = log_,
                     .readers = readers_,
@@ -208,6 +220,7 @@ void Server::add_routes() {
   render_calls_.add_to(routes_);
   job_calls_.add_to(routes_);
   chart_calls_.add_to(routes_);
+  composite_calls_.add_to(routes_);
   scene_calls_.add_to(routes_);
   measurement_calls_.add_to(routes_);
   if (file_calls_) file_calls_->add_to(routes_);

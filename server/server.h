@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "server/access.h"
 #include "server/chart_calls.h"
+#include "server/composite_calls.h"
 #include "server/config.h"
 #include "server/content_folder.h"
 #include "server/cost_model.h"
@@ -106,6 +107,7 @@ class Server {
   RenderCalls render_calls_;
   JobCalls job_calls_;
   ChartCalls chart_calls_;
+  CompositeCalls composite_calls_;
   SceneCalls scene_calls_;
   MeasurementCalls measurement_calls_;
   std::unique_ptr<ContentFolder> contents_;  // none without a data directory

@@ -59,8 +59,8 @@ void pass(Stream& stream, Is<OpticalSummary> auto& value) {
 
 template <typename Stream>
 void pass(Stream& stream, Is<RenderReport> auto& value) {
-  auto& [method, model, passed_over, error, optics, cost, warnings] = value;
-  stream(method, model, passed_over, error, optics, cost, warnings);
+  auto& [method, model, passed_over, error, alpha_error, optics, cost, warnings] = value;
+  stream(method, model, passed_over, error, alpha_error, optics, cost, warnings);
 }
 
 template <typename Stream>
@@ -170,7 +170,7 @@ MemoryFile result_file(const WorkerResult& result) { return file_with(result); }
 WorkerResult result_of(const MemoryFile& file) {
   auto result = value_of<WorkerResult>(file);
   const auto is_known = [](const auto& layer) {
-    return layer.first > Output::color && layer.first <= Output::valid;
+    return layer.first > Output::color && layer.first <= Output::alpha;
   };
   const bool is_whole =
       !result.photograph.color.empty() && std::ranges::all_of(result.photograph.layers, is_known);

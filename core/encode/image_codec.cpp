@@ -57,9 +57,13 @@ const Image& checked_first_image(const Picture& picture) {
 
 void require_srgb_image(const Image& image, ImageFormat format, int max_side) {
   const std::string name(format_name(format));
-  if (image.channels() != 1 && image.channels() != 3) {
+  const bool has_alpha = image.channels() == 4 && format != ImageFormat::jpeg;
+  if (image.channels() != 1 && image.channels() != 3 && !has_alpha) {
     throw Error(ErrorCode::unsupported,
-                name + " holds 1 or 3 channels, not " + std::to_string(image.channels()));
+                name +
+                    (format == ImageFormat::jpeg ? " holds 1 or 3 channels, not "
+                                                 : " holds 1, 3 or 4 channels, not ") +
+                    std::to_string(image.channels()));
   }
   if (std::max(image.width(), image.height()) > max_side) {
     throw Error(ErrorCode::unsupported, name + " holds at most " + std::to_string(max_side) +
@@ -115,6 +119,7 @@ class MemoryWriter {
 std::vector<std::byte> encode_png(const Image& image) {
   OIIO::ImageSpec spec(image.width(), image.height(), image.channels(), OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("oiio:UnassociatedAlpha", 1);
   // Runs only: of a picture with noise, deflate's search for longer matches at level 6 takes four
   // times as long and gives a larger file (measured: 960 x 640, 29 ms and 0.87 MB against 108 ms
   // and 0.97 MB); without noise the file grows by 7 %.
@@ -138,7 +143,10 @@ std::vector<std::byte> encode_jpeg(const Image& image) {
 // 960 x 640 pixels of a noisy picture; level 1 takes 0.07 s for the same size.
 std::vector<std::byte> encode_webp(const Image& image) {
   constexpr int kEffort = 1;  // of 0 to 9
-  const std::vector<std::uint8_t> samples = srgb_bytes(image, 3);
+  const bool has_alpha = image.channels() == 4;
+  const int channels = has_alpha ? 4 : 3;
+  const std::vector<std::uint8_t> samples = srgb_bytes(image, channels);
+  const auto import = has_alpha ? WebPPictureImportRGBA : WebPPictureImportRGB;
   WebPConfig config;
   WebPPicture webp;
   if (WebPConfigInit(&config) == 0 || WebPConfigLosslessPreset(&config, kEffort) == 0 ||
@@ -155,7 +163,7 @@ std::vector<std::byte> encode_webp(const Image& image) {
   webp.height = image.height();
   webp.writer = WebPMemoryWrite;
   webp.custom_ptr = &buffer;
-  if (WebPPictureImportRGB(&webp, samples.data(), 3 * image.width()) == 0 ||
+  if (import(&webp, samples.data(), channels * image.width()) == 0 ||
       WebPEncode(&config, &webp) == 0) {
     fail(ImageFormat::webp, "code " + std::to_string(webp.error_code));
   }
@@ -274,6 +282,10 @@ std::vector<std::byte> encode_tiff(const Picture& picture, Precision precision) 
     spec.attribute("tiff:half", 1);
   }
   spec.channelnames = layer.channel_names;
+  if (layer.image.channels() == 4) {
+    spec.alpha_channel = 3;
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+  }
   spec.attribute("compression", "zip");
   spec.attribute("oiio:ColorSpace", "Linear");
   spec.attribute("DateTime", kFixedDate);

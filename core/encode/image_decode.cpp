@@ -155,7 +155,9 @@ Picture decode(std::span<const std::byte> bytes) {
   if (input == nullptr) throw Error(ErrorCode::io_failure, OIIO::geterror());
   input->threads(1);
   OIIO::ImageSpec spec;
-  if (!input->set_ioproxy(&memory) || !input->open("memory." + name, spec)) {
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are stored
+  if (!input->set_ioproxy(&memory) || !input->open("memory." + name, spec, config)) {
     input->geterror();
     refuse("the image's header is damaged or truncated");
   }

@@ -54,6 +54,11 @@ class SrgbCodes {
   std::array<std::uint8_t, kBuckets + 1> base_ = {};
 };
 
+std::uint8_t linear_code(float x) {
+  const float share = x > 0.0F ? std::min(x, 1.0F) : 0.0F;  // NaN becomes 0
+  return static_cast<std::uint8_t>(std::floor(255.0 * double{share} + 0.5));
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> srgb_bytes(const Image& image, int channels) {
@@ -64,6 +69,9 @@ std::vector<std::uint8_t> srgb_bytes(const Image& image, int channels) {
     bytes.resize(samples.size());
     std::transform(samples.begin(), samples.end(), bytes.begin(),
                    [&](float x) { return kCodes(x); });
+    if (channels == 4) {
+      for (std::size_t i = 3; i < samples.size(); i += 4) bytes[i] = linear_code(samples[i]);
+    }
     return bytes;
   }
   const auto copies = static_cast<std::size_t>(channels);

@@ -27,6 +27,7 @@ struct SampleSource {
   float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
   std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
   Illumination illumination = Illumination::recursive;
+  bool hides_background = false;  // where it is seen straight or through thin sheets alone
 };
 
 /// A packet of complete samples: where they were taken, what they saw and how far off.

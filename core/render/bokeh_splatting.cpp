@@ -101,6 +101,7 @@ class EmitterSplatter {
                                .keys = keys,
                                .footprint_rate = footprint_rate_,
                                .film = &film,
+                               .without_background = source_.hides_background ? kAllLanes : 0U,
                                .illumination = source_.illumination};
     LaneColors behind;
     shade(inputs, without, splats.visible, behind, chunk.rays);
@@ -345,7 +346,8 @@ SplatSource splat_source(const SampleSource& rays, const EmitterChoice& choice,
           .exposure = rays.exposure,
           .shutter_seconds = rays.shutter_seconds,
           .texture_width_px = rays.texture_width_px,
-          .illumination = rays.illumination};
+          .illumination = rays.illumination,
+          .hides_background = rays.hides_background};
 }
 
 std::uint64_t splat(const SplatSource& source, std::uint32_t replicate,

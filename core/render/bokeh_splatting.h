@@ -27,6 +27,7 @@ struct SplatSource {
   float shutter_seconds = 0.0F;   // > 0: rays are spread over the time the shutter is open
   float texture_width_px = 0.0F;  // pixels that a texture lookup averages over
   Illumination illumination = Illumination::recursive;
+  bool hides_background = false;  // as SampleSource
 };
 
 /// What is splatted beside the camera rays of `rays`, whose `mask` is the choice's camera_mask.

@@ -24,7 +24,8 @@ struct Shot {
   EffectChoices effects = {};
   Illumination illumination = Illumination::recursive;
   std::uint32_t seed = 0;
-  bool wants_variance = false;  // the outcome's image of it is asked for
+  bool hides_background = false;  // as SampleSource
+  bool wants_variance = false;    // the outcome's image of it is asked for
   // max_time_ms counts from here.
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };

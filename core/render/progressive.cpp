@@ -161,7 +161,8 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .velocity = motion ? to_float(shot.camera.velocity) : Vec3f{},
           .certain_light = certain_light(shot),
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality)),
-          .illumination = shot.illumination};
+          .illumination = shot.illumination,
+          .hides_background = shot.hides_background};
 }
 
 std::vector<EffectLoss> omitted_diffraction(const Shot& shot, const ShotFacts& facts) {

@@ -168,7 +168,10 @@ class Probe {
     RayPacket packet;
     alignas(64) LaneMask valid = {};
     FilmPlaces film(shot_.sensor.width, shot_.sensor.height, 0.0F);
-    ShadingInputs inputs{.scene = scene, .sequence = SampleSequence(shot_.seed), .film = &film};
+    ShadingInputs inputs{.scene = scene,
+                         .sequence = SampleSequence(shot_.seed),
+                         .film = &film,
+                         .without_background = shot_.hides_background ? kAllLanes : 0U};
     for (int lane = 0; lane < kLanes && begin + lane < grid_.count(); ++lane) {
       const Vec2 raster = grid_.raster(begin + lane);
       film.set(static_cast<std::size_t>(lane), static_cast<float>(raster.x),
@@ -210,7 +213,8 @@ class Probe {
   }
 
   void measure_blur(const RayPacket& packet, int lane, int point, ProbePart& part) {
-    if (!packet.hit(lane) && shot_.scene->scene().background == Rgb{0, 0, 0}) return;
+    const bool is_dark = shot_.hides_background || shot_.scene->scene().background == Rgb{0, 0, 0};
+    if (!packet.hit(lane) && is_dark) return;
     const Vec3f d = packet.direction(lane);
     const double cosine = dot(Vec3{d.x, d.y, d.z}, camera_.pose().forward());
     const Length depth = packet.hit(lane)

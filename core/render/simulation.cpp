@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/render/coverage.h"
 #include "core/render/gather.h"
 #include "core/render/layers.h"
 #include "core/render/lens_sampling.h"
@@ -22,7 +23,7 @@
 namespace fstop {
 namespace {
 
-constexpr std::array<std::pair<Output, std::string_view>, 9> kOutputNames = {
+constexpr std::array<std::pair<Output, std::string_view>, 10> kOutputNames = {
     {{Output::color, "color"},
      {Output::depth, "depth"},
      {Output::coc, "coc"},
@@ -31,12 +32,17 @@ constexpr std::array<std::pair<Output, std::string_view>, 9> kOutputNames = {
      {Output::normal, "normal"},
      {Output::distance, "distance"},
      {Output::coc_diameter, "coc_diameter"},
-     {Output::valid, "valid"}}};
+     {Output::valid, "valid"},
+     {Output::alpha, "alpha"}}};
 
 std::string width_text(const QualitySpec& quality) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2g", texture_lookup_width(quality));
   return text;
+}
+
+bool wants(const SimulationSpec& spec, Output output) {
+  return std::ranges::count(spec.outputs, output) > 0;
 }
 
 Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
@@ -47,7 +53,8 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
           .effects = spec.effects,
           .illumination = spec.illumination,
           .seed = spec.seed,
-          .wants_variance = std::ranges::count(spec.outputs, Output::variance) > 0};
+          .hides_background = wants(spec, Output::alpha),
+          .wants_variance = wants(spec, Output::variance)};
 }
 
 // The picture that a perfect lens with everything in focus would give, from as many samples.
@@ -68,28 +75,28 @@ Image each(const Image& from, const Function& function) {
 std::map<Output, Image> layers_of(const SimulationSpec& spec, const Shot& shot,
                                   const RenderOutcome& outcome, const RunControl& run) {
   std::map<Output, Image> layers;
-  const auto wants = [&](Output output) { return std::ranges::count(spec.outputs, output) > 0; };
+  const auto has = [&](Output output) { return wants(spec, output); };
   constexpr std::array kOfGeometry = {Output::depth,    Output::coc,          Output::normal,
                                       Output::distance, Output::coc_diameter, Output::valid};
-  if (std::ranges::any_of(kOfGeometry, wants)) {
+  if (std::ranges::any_of(kOfGeometry, has)) {
     GeometryLayers geometry = geometry_layers(shot, run);
     const double um_per_px = 1e6 * shot.sensor.pixel_pitch.si();
-    if (wants(Output::coc_diameter)) {
+    if (has(Output::coc_diameter)) {
       layers[Output::coc_diameter] = each(geometry.coc, [&](float px) {
         return static_cast<float>(um_per_px * std::abs(static_cast<double>(px)));
       });
     }
-    if (wants(Output::valid)) {
+    if (has(Output::valid)) {
       layers[Output::valid] =
           each(geometry.depth, [](float depth) { return std::isfinite(depth) ? 1.0F : 0.0F; });
     }
-    if (wants(Output::distance)) layers[Output::distance] = std::move(geometry.distance);
-    if (wants(Output::depth)) layers[Output::depth] = std::move(geometry.depth);
-    if (wants(Output::coc)) layers[Output::coc] = std::move(geometry.coc);
-    if (wants(Output::normal)) layers[Output::normal] = std::move(geometry.normal);
+    if (has(Output::distance)) layers[Output::distance] = std::move(geometry.distance);
+    if (has(Output::depth)) layers[Output::depth] = std::move(geometry.depth);
+    if (has(Output::coc)) layers[Output::coc] = std::move(geometry.coc);
+    if (has(Output::normal)) layers[Output::normal] = std::move(geometry.normal);
   }
-  if (wants(Output::variance)) layers[Output::variance] = outcome.variance;
-  if (wants(Output::all_in_focus)) {
+  if (has(Output::variance)) layers[Output::variance] = outcome.variance;
+  if (has(Output::all_in_focus)) {
     layers[Output::all_in_focus] = all_in_focus(shot, outcome.samples_max, run);
   }
   return layers;
@@ -190,9 +197,8 @@ double falloff_rmse(const Shot& shot, const Image& image, const RunControl& run)
                    (3.0 * image.width() * image.height()));
 }
 
-}  // namespace
-
-Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
+// All but alpha.
+Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
   const Shot shot = shot_of(spec, &scene);
   if ((scene.moves() || spec.camera.velocity != Vec3{}) &&
       spec.camera.shutter_seconds > kLongestShutter && spec.effects.motion != EffectChoice::off) {
@@ -302,6 +308,36 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   if (report.error.upper_95 > spec.quality.max_error) {
     report.warnings.push_back("the error's bound is above max_error");
   }
+  return photograph;
+}
+
+// A part of some longer work.
+RunControl part_of(const RunControl& run, double begin, double end) {
+  RunControl part = run;
+  if (run.progress) {
+    part.progress = [tell = run.progress, begin, end](double fraction) {
+      tell(begin + (end - begin) * fraction);
+    };
+  }
+  return part;
+}
+
+}  // namespace
+
+Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
+  if (!wants(spec, Output::alpha)) return photographed(spec, scene, run);
+  constexpr double kShare = 0.5;  // of time and progress, for each of colour and alpha
+  SimulationSpec half = spec;
+  if (half.quality.max_time_ms) *half.quality.max_time_ms *= kShare;
+  Photograph photograph = photographed(half, scene, part_of(run, 0.0, kShare));
+  RenderReport& report = photograph.report;
+  RunControl rest = part_of(run, kShare, 1.0);
+  rest.preview = {};
+  Coverage covered = coverage(half, scene, report.method, rest);
+  photograph.layers[Output::alpha] = std::move(covered.alpha);
+  report.alpha_error = covered.error;
+  report.cost.rays += covered.rays;
+  if (covered.missed_target) report.warnings.push_back("alpha's bound is above max_error");
   return photograph;
 }
 

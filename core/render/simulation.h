@@ -37,7 +37,8 @@ enum class Output {
   normal,
   distance,
   coc_diameter,
-  valid
+  valid,
+  alpha
 };
 
 struct QualitySpec {
@@ -94,6 +95,7 @@ struct RenderReport {
   std::vector<ModelledEffect> model = {};
   std::vector<PassedOverMethod> passed_over = {};
   ImageError error = {};
+  std::optional<ImageError> alpha_error = {};  // of the layer alpha, where it was asked for
   OpticalSummary optics = {};
   RenderCost cost = {};
   std::vector<std::string> warnings = {};
@@ -104,7 +106,9 @@ struct RenderReport {
 /// (3), variance (3: expected square of the error by tiles of 16 x 16 pixels), normal (3: world,
 /// unit, 0 for background), distance (1: metres along the pixel's centre ray, infinity for
 /// background), coc_diameter (1: |coc| in um on the sensor), valid (1: 1 where the centre ray met a
-/// surface, so that depth and blur are its own, else 0).
+/// surface, so that depth and blur are its own, else 0), alpha (1: the share of the pixel that
+/// the scene covers, through pupil and shutter). With alpha the background is no part of colour:
+/// black where it would be seen straight or through thin sheets, so that colour is premultiplied.
 struct Photograph {
   Image color = {};
   std::map<Output, Image> layers = {};

@@ -35,7 +35,7 @@ class CentreRays {
         optics_(optics),
         survey_(survey),
         camera_(central_projection(shot.camera, survey.sensor)),
-        dark_(scene_.scene().background == Rgb{0, 0, 0}) {}
+        dark_(shot.hides_background || scene_.scene().background == Rgb{0, 0, 0}) {}
 
   void trace_row(int y) {
     for (int x = 0; x < survey_.sensor.width; x += kLanes) trace(x, y);

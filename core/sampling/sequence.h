@@ -8,6 +8,7 @@ namespace fstop {
 
 /// Samples travel in packets of this many lanes, one per Embree ray of a packet.
 inline constexpr int kLanes = 16;
+inline constexpr std::uint32_t kAllLanes = (1U << kLanes) - 1U;  // by bits
 
 /// What a dimension of the sampling space decides. Lens and pixel take the first four
 /// dimensions of the Sobol sequence, whose projections are the best stratified.

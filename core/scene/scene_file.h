@@ -55,6 +55,11 @@ Mesh decode_mesh(const std::string& name, std::span<const std::byte> bytes,
 Image decode_texture(const std::string& name, std::span<const std::byte> bytes,
                      ColorSpace color_space, const AssetLimits& limits);
 
+/// The alpha of the same files, 1 channel, 0 to 1 (PNG) or as stored (EXR's A); empty where the
+/// file has none. Throws: as decode_texture.
+Image decode_alpha(const std::string& name, std::span<const std::byte> bytes,
+                   const AssetLimits& limits);
+
 /// Fills every mesh and texture image of `scene`; the same file is read once.
 /// Throws: what `read`, decode_mesh and decode_texture throw, and Error{over_budget} where the
 ///         scene as a whole has too much; every message names the file.

@@ -130,21 +130,57 @@ Image decoded_exr(const std::string& name, MemoryReader& reader) {
   return image;
 }
 
-}  // namespace
-
-Image decode_texture(const std::string& name, std::span<const std::byte> bytes,
-                     ColorSpace color_space, const AssetLimits& limits) {
+ImageHeader checked_header(const std::string& name, std::span<const std::byte> bytes,
+                           const AssetLimits& limits) {
   if (bytes.size() > limits.max_file_bytes) {
     refuse_image(name, "more than " + std::to_string(limits.max_file_bytes) + " bytes");
   }
-  const ImageHeader header = image_header(name, bytes, limits.max_texture_pixels);
-  const std::vector<std::byte> pixels = without_metadata(header, bytes);
-  MemoryReader reader(name, header.format, pixels);
-  const OIIO::ImageSpec& spec = reader.spec();
+  return image_header(name, bytes, limits.max_texture_pixels);
+}
+
+void require_size(const std::string& name, const ImageHeader& header, const OIIO::ImageSpec& spec) {
   if (spec.width != header.width || spec.height != header.height || spec.depth > 1 || spec.deep ||
       spec.nchannels < 1) {
     refuse_image(name, "is damaged: its decoder finds another size than its header");
   }
+}
+
+// None: -1. Grey with alpha and RGB with alpha have it last.
+int alpha_channel(const ImageHeader& header, const OIIO::ImageSpec& spec) {
+  if (header.format == TextureFormat::exr) {
+    const auto& names = spec.channelnames;
+    const auto found = std::find(names.begin(), names.end(), "A");
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+  }
+  return spec.nchannels == 2 || spec.nchannels == 4 ? spec.nchannels - 1 : -1;
+}
+
+}  // namespace
+
+Image decode_alpha(const std::string& name, std::span<const std::byte> bytes,
+                   const AssetLimits& limits) {
+  const ImageHeader header = checked_header(name, bytes, limits);
+  if (header.format == TextureFormat::jpeg) return {};
+  const std::vector<std::byte> pixels = without_metadata(header, bytes);
+  MemoryReader reader(name, header.format, pixels);
+  require_size(name, header, reader.spec());
+  const int channel = alpha_channel(header, reader.spec());
+  if (channel < 0) return {};
+  Image alpha(header.width, header.height, 1);
+  reader.read(channel, channel + 1, OIIO::TypeDesc::FLOAT, alpha.pixels());
+  const bool is_finite = std::all_of(alpha.pixels().begin(), alpha.pixels().end(),
+                                     [](float a) { return std::isfinite(a); });
+  if (!is_finite) refuse_image(name, "has an alpha that is not finite");
+  return alpha;
+}
+
+Image decode_texture(const std::string& name, std::span<const std::byte> bytes,
+                     ColorSpace color_space, const AssetLimits& limits) {
+  const ImageHeader header = checked_header(name, bytes, limits);
+  const std::vector<std::byte> pixels = without_metadata(header, bytes);
+  MemoryReader reader(name, header.format, pixels);
+  const OIIO::ImageSpec& spec = reader.spec();
+  require_size(name, header, spec);
   if (header.format == TextureFormat::exr) return decoded_exr(name, reader);
   if (spec.format == OIIO::TypeDesc::UINT16) {
     return decoded_codes<std::uint16_t>(reader, color_space, OIIO::TypeDesc::UINT16);

@@ -288,6 +288,14 @@ FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, co
   colors.r.fill(scene.background[0]);
   colors.g.fill(scene.background[1]);
   colors.b.fill(scene.background[2]);
+  if (in.without_background != 0) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const float kept = (in.without_background >> k & 1U) != 0 ? 0.0F : 1.0F;
+      colors.r[k] *= kept;
+      colors.g[k] *= kept;
+      colors.b[k] *= kept;
+    }
+  }
   alignas(64) LaneFloats footprint;
   for (std::size_t k = 0; k < kLanes; ++k) {
     footprint[k] = in.footprint_rate * (path_length[k] + packet.far[k]);

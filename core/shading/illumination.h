@@ -44,16 +44,18 @@ struct ShadingInputs {
   LaneFloats* cut = nullptr;
   /// Read where has_screen_maps(), by surfaces seen in mirrors too; null: the lower left corner.
   const FilmPlaces* film = nullptr;
+  std::uint32_t without_background = 0;  // lanes, by bits, whose misses are black
   int depth = 0;  // bounces before this packet: another stream of light samples
   Illumination illumination = Illumination::recursive;
 };
 
 /// Local light of every valid lane: emission + ambient * ambient_light + the sum over lights of
 /// f_radial f_angular intensity (diffuse (N.L) + specular (R.V)^n), with shadow rays; misses get
-/// the background. Global illumination has no ambient term: interreflection takes its place.
-/// `path_length` is added to each lane's own distance for texture footprints.
-/// `surfaces` receives the surfaces that were hit; `rays` grows by the shadow rays. `diffuse`,
-/// which may be null, receives the diffuse colour of lanes that answer to light, black elsewhere.
+/// the background but for lanes `without_background`. Global illumination has no ambient term:
+/// interreflection takes its place. `path_length` is added to each lane's own distance for texture
+/// footprints. `surfaces` receives the surfaces that were hit; `rays` grows by the shadow rays.
+/// `diffuse`, which may be null, receives the diffuse colour of lanes that answer to light, black
+/// elsewhere.
 void shade_locally(const ShadingInputs& in, const RayPacket& packet, const LaneMask& valid,
                    const LaneFloats& path_length, LaneSurfaces& surfaces, LaneColors& colors,
                    std::uint64_t& rays, LaneColors* diffuse = nullptr) noexcept;

@@ -23,9 +23,12 @@ struct Way {
   // would live or die together, and few samples would hold most of the light.
   std::uint32_t turns = 0x9a74'0000U;
   bool scattered = false;  // a diffuse surface lies before
+  // Lanes, by bits, that have met thin sheets alone and are not to see the background.
+  std::uint32_t without_background = 0;
 
-  Way after(Turn turn, bool by_chance) const {
-    return {depth + 1, hash_of(turns, static_cast<std::uint32_t>(turn)), by_chance};
+  Way after(Turn turn, bool by_chance, std::uint32_t sheets) const {
+    return {depth + 1, hash_of(turns, static_cast<std::uint32_t>(turn)), by_chance,
+            turn == Turn::onwards ? without_background & sheets : 0U};
   }
 };
 
@@ -46,6 +49,7 @@ class PacketTree {
     LaneColors diffuse;
     ShadingInputs inputs = in_;
     inputs.depth = way.depth;
+    inputs.without_background = way.without_background;
     shade_locally(inputs, packet, valid, path_length, surfaces, colors, rays_,
                   is_global_ ? &diffuse : nullptr);
     Shares shares;
@@ -67,7 +71,7 @@ class PacketTree {
       colors.b[k] *= shares.kept[k];
     }
     LaneColors light;
-    follow(from, shares.transmission, onwards(from), Turn::onwards, light);
+    follow(from, shares.transmission, onwards(from), Turn::onwards, light, shares.sheets);
     add(shares.transmission, light, colors);
   }
 
@@ -77,6 +81,7 @@ class PacketTree {
     LaneFloats kept_reflection = {};  // what of it is not hidden by transmission
     LaneFloats transmission = {};
     LaneFloats kept = {};
+    std::uint32_t sheets = 0;  // lanes, by bits
     bool any_reflection = false;
     bool any_transmission = false;
   };
@@ -115,6 +120,7 @@ class PacketTree {
       }
       const bool sheet = transmission > 0.0F && !material.ior;
       shares.kept[k] = sheet ? 1.0F - transmission : 1.0F;
+      shares.sheets |= static_cast<std::uint32_t>(sheet) << k;
       shares.reflection[k] = reflection;
       shares.kept_reflection[k] = shares.kept[k] * reflection;
       shares.transmission[k] = transmission;
@@ -234,7 +240,7 @@ class PacketTree {
 
   // Light from `directions`, of the lanes whose `share` is worth following; black in others.
   void follow(const Bounce& from, const LaneFloats& share, const Directions& directions, Turn turn,
-              LaneColors& light) {
+              LaneColors& light, std::uint32_t sheets = 0) {
     RayPacket packet;
     alignas(64) LaneMask valid = {};
     alignas(64) LaneFloats weight = {};
@@ -264,7 +270,7 @@ class PacketTree {
       packet.set(static_cast<int>(k), origin, direction, kFar, from.packet.time[k]);
     }
     in_.scene.intersect(packet, valid, Coherence::incoherent);
-    shade(packet, valid, weight, from.path_length, from.way.after(turn, by_chance), light);
+    shade(packet, valid, weight, from.path_length, from.way.after(turn, by_chance, sheets), light);
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (valid[k] == 0) light.set(static_cast<int>(k), {0, 0, 0});
     }
@@ -329,7 +335,9 @@ void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& val
   }
   alignas(64) LaneFloats weight;
   weight.fill(1.0F);
-  PacketTree(in, rays).shade(packet, valid, weight, kNoPath, {.depth = in.depth}, colors);
+  PacketTree(in, rays).shade(packet, valid, weight, kNoPath,
+                             {.depth = in.depth, .without_background = in.without_background},
+                             colors);
 }
 
 BranchBound branch_bound(const std::vector<Material>& materials, Illumination illumination) {

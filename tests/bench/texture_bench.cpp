@@ -103,15 +103,61 @@ void measure(std::ofstream& csv, bool lens) {
   }
 }
 
+// The same board upright before a lens that blurs all of it to discs of `coc_px`, a pixel 1.6
+// texels wide: what lookups save that average over a share of the disc, and what their own blur
+// costs.
+Scene upright_board() {
+  Scene scene;
+  scene.textures = {checkerboard(TextureFilter::mipmap)};
+  scene.materials = {Material{.emission = {.value = {1, 1, 1}, .texture = 0}}};
+  // At 20 m, 50 mm and 36 mm / 384 px a pixel is 36 mm wide: 1024 texels over 22.8 m.
+  scene.objects = {
+      {.shape = QuadObject{
+           .corner = {-11.4, -11.4, -20}, .edge_u = {22.8, 0, 0}, .edge_v = {0, 22.8, 0}}}};
+  return scene;
+}
+
+void measure_defocus(std::ofstream& csv) {
+  const RayScene scene(upright_board());
+  WorkerPool all(0);
+  for (const double coc_px : {4.0, 8.0, 16.0, 32.0}) {
+    SimulationSpec spec = picture(true, 4096, 0.0);
+    // c = (f/N) v (1/s - 1/d): the f-number for this disc, focused at 1 m.
+    const double v = 1.0 / (1.0 / 0.05 - 1.0);
+    const double f_number = 0.05 * v * (1.0 - 1.0 / 20.0) / (coc_px * 36e-3 / 384.0);
+    spec.camera.optics = LensSpec{.lens = {.focal_length = Length::si(0.05), .f_number = f_number},
+                                  .focus_distance = Length::si(1.0)};
+    const Image truth = simulate(spec, scene, {.workers = &all}).color;
+    for (const double share : {0.0, 0.125, 0.25, 0.5}) {
+      for (const int samples : {4, 16, 64}) {
+        spec.quality.samples = samples;
+        spec.quality.texture_width_px = share > 0.0 ? share * coc_px : 0.125;
+        spec.seed = 1;  // none of the truth's rays
+        const Image made = simulate(spec, scene, {.workers = &all}).color;
+        spec.seed = 0;
+        const double rmse = image_difference(made.view(), truth.view()).rmse;
+        csv << coc_px << ';' << *spec.quality.texture_width_px << ';' << samples << ';' << rmse
+            << '\n';
+        std::printf("disc %4.0f px  lookup %5.2f px  %3d samples  RMSE %.5f\n", coc_px,
+                    *spec.quality.texture_width_px, samples, rmse);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace fstop
 
-// texture_bench FOLDER: FOLDER/textures.csv, a table to standard output.
+// texture_bench FOLDER: FOLDER/textures.csv, FOLDER/textures-defocus.csv, a table to standard
+// output.
 int main(int count, char** words) {
   const std::filesystem::path folder = count > 1 ? words[1] : "build/bench";
   std::filesystem::create_directories(folder);
   std::ofstream csv(folder / "textures.csv");
   csv << "camera;filter;samples;rmse;ms;ns_a_sample;mebibytes\n";
   for (const bool lens : {false, true}) fstop::measure(csv, lens);
-  return csv ? 0 : 1;
+  std::ofstream blurred(folder / "textures-defocus.csv");
+  blurred << "coc_px;lookup_px;samples;rmse\n";
+  fstop::measure_defocus(blurred);
+  return csv && blurred ? 0 : 1;
 }

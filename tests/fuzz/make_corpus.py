@@ -84,7 +84,7 @@ def path() -> dict[str, bytes]:
 def request() -> dict[str, bytes]:
     contract = json.loads((ROOT / "api/openapi.json").read_text())
     inputs = {"scene": b"\x01" + json.dumps(SCENE).encode()}
-    for target in ("/v1/renders", "/v1/optics", "/v1/psf", "/v1/charts"):
+    for target in ("/v1/renders", "/v1/optics", "/v1/psf", "/v1/charts", "/v1/composites"):
         body = contract["paths"][target]["post"]["requestBody"]["content"]["application/json"]["example"]
         inputs[target.rsplit("/", 1)[1]] = b"\x00" + json.dumps(body).encode()
     for file in sorted((ROOT / "api/examples").glob("*.json")):

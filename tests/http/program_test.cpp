@@ -109,6 +109,35 @@ TEST_F(Program, PsfPrintsNumbersAndWritesTheImageThatTheServerSends) {
   EXPECT_EQ(folder_.files(), before);
 }
 
+// Layers of all kinds without a server, by the paths of files beside the request.
+TEST_F(Program, CompositePutsRendersAndFilesTogether) {
+  const std::string camera = R"("camera": {"lens": {"focal_length_mm": 50, "f_number": 4,
+      "focus_distance_m": 2}}, "image": {"width": 24, "height": 16}, "quality": {"samples": 4}})";
+  const std::string scene = R"({"scene": "scenes/tiny/scene.json", )" + camera;
+  folder_.write("card.json", scene);
+  ASSERT_EQ(run_fstop({"render", path("card.json"), "--out", path("card.png")}).exit_code, 0);
+  folder_.write("stack.json", R"({"layers": [{"image": {"file": "card.png"}}, {"render": )" +
+                                  scene + R"(, "opacity": 0.5}], "outputs": ["alpha"]})");
+  const Outcome made = run_fstop({"composite", path("stack.json"), "--out", path("stack.exr"),
+                                  "--report", path("stack-report.json")});
+  ASSERT_EQ(made.exit_code, 0) << made.output << made.errors;
+  EXPECT_NE(text_of_file(path("stack-report.json")).find("\"confidence\":0.95"), std::string::npos);
+  EXPECT_EQ(text_of_file(path("stack.exr")).substr(1, 3), "\x2f\x31\x01");
+  for (
+      const char* wrong :
+      {R"({"layers": []})", R"({"layers": [{"image": {"file": "none.png"}}]})",
+       R"({"layers": [{"image": {"file": "../secret"}}]})",
+       R"({"layers": [{"render": "0000000000000000000000000000000000000000000000000000000000000000"}]})"}) {
+    folder_.write("wrong.json", wrong);
+    const Outcome refused = run_fstop({"composite", path("wrong.json"), "--out", path("none.png")});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.output.find("#/layers"), std::string::npos) << refused.output;
+  }
+  const Outcome jpeg = run_fstop({"composite", path("stack.json"), "--out", path("none.jpg")});
+  EXPECT_EQ(jpeg.exit_code, 2);
+  EXPECT_NE(jpeg.output.find("jpeg"), std::string::npos) << jpeg.output;
+}
+
 std::string chart_text(int replicates) {
   return R"({"scene": "scenes/tiny/scene.json", "camera": {"lens": {"f_number": 2}},
       "image": {"width": 24, "height": 16}, "samples": [1, 4], "max_errors": [0.1],

@@ -8,7 +8,7 @@ import { open_tab, optics_number, press, use_page } from "./harness.mjs";
 import { start_server } from "./served_page.mjs";
 
 const kAxe = new URL("../../web/node_modules/axe-core/axe.min.js", import.meta.url);
-const kTabs = ["Optics", "Plots", "Experiments", "How it was made", "Share and export"];
+const kTabs = ["Optics", "Gallery", "Plots", "Experiments", "How it was made", "Share and export"];
 
 async function faults_of(page) {
   const { violations } = await page.evaluate(() => globalThis.axe.run(document));

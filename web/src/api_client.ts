@@ -2,7 +2,7 @@
 import type { ChartReport, ChartRequest, OpticsReport, OpticsRequest } from "./contract.ts";
 import type { MeasurementReport, MeasurementRequest } from "./contract.ts";
 import type { Job, Problem, PsfReport, PsfRequest, RenderReport } from "./contract.ts";
-import type { RenderRequest, SceneList, SceneSummary } from "./contract.ts";
+import type { RenderRequest, Scene, SceneList, SceneSummary } from "./contract.ts";
 import { events_of } from "./event_stream.ts";
 import { read_layer } from "./exr.ts";
 import type { Layer } from "./exr.ts";
@@ -33,6 +33,10 @@ export class ApiClient {
 
   async scenes(signal: AbortSignal): Promise<SceneSummary[]> {
     return (await this.json_<SceneList>("v1/scenes", { signal })).scenes;
+  }
+
+  scene(name: string, signal: AbortSignal): Promise<Scene> {
+    return this.json_(`v1/scenes/${encodeURIComponent(name)}`, { signal });
   }
 
   /// Where `tell` is given and the server makes jobs, it hears of the progress. A render that is

@@ -57,6 +57,11 @@ export class CameraControls extends LitElement {
         margin: 0.2rem 0 0;
         font-size: 0.875rem;
       }
+      summary {
+        padding: 0.2rem 0;
+        font-weight: 500;
+        cursor: pointer;
+      }
     `,
   ];
 
@@ -83,8 +88,18 @@ export class CameraControls extends LitElement {
       ${this.state.camera === "lens" ? this.lens_() : this.pinhole_()}
       <fstop-body-controls .state=${this.state} .faults=${this.faults}></fstop-body-controls>
       <h2>Picture</h2>
-      ${this.quality_()}
+      ${this.quality_()} ${this.light_()}
     `;
+  }
+
+  /// Folded away, and loaded when it is opened or a link has something of it.
+  private light_(): TemplateResult {
+    const is_used = kOfLight.some((key) => this.state[key] !== kDefaultState[key]);
+    if (is_used) void load_light_controls();
+    return html`<details ?open=${is_used} @toggle=${() => void load_light_controls()}>
+      <summary>Motion, light, textures, halftone</summary>
+      <fstop-light-controls .state=${this.state} .faults=${this.faults}></fstop-light-controls>
+    </details>`;
   }
 
   private scene_(): TemplateResult {
@@ -303,6 +318,20 @@ export class CameraControls extends LitElement {
     this.drafts_ = drafts;
     this.dispatchEvent(new StateChangeEvent(change, settled));
   }
+}
+
+const kOfLight = [
+  "velocity_m_s",
+  "illumination",
+  "shading",
+  "interpolation",
+  "filter",
+  "samples",
+  "halftone",
+] as const;
+
+function load_light_controls(): Promise<unknown> {
+  return import("./light_controls.ts");
 }
 
 function chosen_value(event: Event): string {

@@ -11,6 +11,7 @@ export type Camera = Schemas["Camera"];
 export type RenderRequest = Schemas["RenderRequest"];
 export type OpticsRequest = Schemas["OpticsRequest"];
 
+export type Scene = Schemas["Scene"];
 export type SceneList = Schemas["SceneList"];
 export type SceneSummary = Schemas["SceneSummary"];
 export type RenderReport = Schemas["RenderReport"];

@@ -2,18 +2,23 @@
 /// that is measured by the server when it is asked for.
 import type { ApiClient } from "./api_client.ts";
 import type { ChartRequest, Distance, OpticsRequest, PsfRequest } from "./contract.ts";
+import type { MeasurementRequest, RenderRequest } from "./contract.ts";
 import { quantity } from "./format.ts";
 import { page_of } from "./page_state.ts";
 import type { PageState } from "./page_state.ts";
-import { size_of } from "./picture_updates.ts";
+import { render_request, size_of } from "./picture_updates.ts";
+import { learn_scene } from "./scene_looks.ts";
 import { camera_of } from "./state.ts";
+import type { PlaygroundState } from "./state.ts";
 
 /// A number of the server: where in which answer; or one made from two that stand before it.
 export interface Measurement {
   name: string; // in the answer's text
   label: string;
   unit?: string;
-  call?: "optics" | "psf" | "charts";
+  /// picture: the report of a render of what is shown, and what is measured in it:
+  /// {report, measurements}; the request's `measurements` say what.
+  call?: "optics" | "psf" | "charts" | "picture";
   settings?: string; // of the camera, as in the address, over those that the step shows
   request?: Readonly<Record<string, unknown>>; // members beside scene, camera and image
   pointer?: string; // into the answer, RFC 6901
@@ -45,7 +50,10 @@ export interface Experiment {
 }
 
 export type Measured = ReadonlyMap<string, number>;
-export type NumberSource = Pick<ApiClient, "optics" | "psf" | "chart">;
+export type NumberSource = Pick<
+  ApiClient,
+  "optics" | "psf" | "chart" | "render" | "report" | "measure" | "scene"
+>;
 
 /// The page that a step shows; the experiment stays open.
 export function page_of_step(step: Step, experiment: string, at = 0): PageState {
@@ -89,6 +97,7 @@ function ask(
   const text = new URLSearchParams(show);
   new URLSearchParams(settings ?? "").forEach((value, key) => text.set(key, value));
   const { a: state } = page_of(text.toString());
+  if (call === "picture") return pictured(source, state, request ?? {}, signal);
   const camera = camera_of(state);
   if (call === "psf") return source.psf({ camera, ...request } as PsfRequest, signal);
   if (call === "charts") {
@@ -96,6 +105,21 @@ function ask(
     return source.chart(chart, () => undefined, signal);
   }
   return source.optics({ camera, image: size_of(state), ...request } as OpticsRequest, signal);
+}
+
+async function pictured(
+  source: NumberSource,
+  state: PlaygroundState,
+  { measurements, ...more }: Readonly<Record<string, unknown>>,
+  signal: AbortSignal,
+): Promise<unknown> {
+  await learn_scene(source, state, signal);
+  const request = { ...render_request(state), ...more } as RenderRequest;
+  const { id } = await source.render(request, signal);
+  const report = await source.report(id, signal);
+  if (measurements === undefined) return { report };
+  const question = { render: id, measurements } as MeasurementRequest;
+  return { report, measurements: (await source.measure(question, signal)).measurements };
 }
 
 /// The number at a JSON pointer; infinity where the contract writes so.

@@ -31,6 +31,12 @@ const kFieldOfPointer: Readonly<Record<string, Field>> = {
   "#/camera/pinhole/image_distance_mm": "image_distance_mm",
   "#/camera/pinhole/diameter_mm": "diameter_mm",
   "#/quality/max_error": "max_error",
+  "#/quality/samples": "samples",
+  "#/camera/velocity_m_s": "velocity_m_s",
+  "#/camera/velocity_m_s/0": "velocity_m_s",
+  "#/illumination": "illumination",
+  "#/image/halftone/method": "halftone",
+  "#/image/halftone/cell_px": "cell_px",
 };
 
 export function complaint_of(error: unknown): Complaint {

@@ -133,6 +133,7 @@ export class FstopApp extends LitElement {
           <div class="panel" role="tabpanel" id="tab-panel" aria-labelledby="tab-${this.tab_}">
             ${tab_body(this.tab_, {
               client: this.client_,
+              scenes: this.scenes_,
               state: edited,
               page,
               optics: this.optics_,

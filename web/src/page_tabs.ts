@@ -2,6 +2,7 @@
 import { html } from "lit";
 import type { TemplateResult } from "lit";
 import type { ApiClient } from "./api_client.ts";
+import type { SceneSummary } from "./contract.ts";
 import { kNoComplaint } from "./faults.ts";
 import "./optics_panel.ts";
 import type { OpticsView } from "./optics_updates.ts";
@@ -10,11 +11,12 @@ import type { PictureView } from "./picture_updates.ts";
 import "./report_panel.ts";
 import type { PlaygroundState } from "./state.ts";
 
-export type Tab = "optics" | "plots" | "experiments" | "report" | "share";
+export type Tab = "gallery" | "optics" | "plots" | "experiments" | "report" | "share";
 
 const kThere = (): Promise<unknown> => Promise.resolve();
 export const kTabs: Readonly<Record<Tab, { caption: string; load: () => Promise<unknown> }>> = {
   optics: { caption: "Optics", load: kThere },
+  gallery: { caption: "Gallery", load: () => import("./gallery_panel.ts") },
   plots: { caption: "Plots", load: () => import("./plots_panel.ts") },
   experiments: { caption: "Experiments", load: () => import("./experiments_panel.ts") },
   report: { caption: "How it was made", load: kThere },
@@ -25,6 +27,7 @@ const kNames = Object.keys(kTabs) as Tab[];
 /// What the parts show.
 export interface TabContent {
   client: ApiClient;
+  scenes: readonly SceneSummary[];
   state: PlaygroundState;
   page: PageState;
   optics: OpticsView;
@@ -61,7 +64,7 @@ export function tab_row(chosen: Tab, on_choice: (tab: Tab) => void): TemplateRes
 }
 
 export function tab_body(tab: Tab, content: TabContent): TemplateResult {
-  const { client, state, page, optics, view, on_show } = content;
+  const { client, scenes, state, page, optics, view, on_show } = content;
   switch (tab) {
     case "optics":
       return html`<fstop-optics
@@ -69,6 +72,12 @@ export function tab_body(tab: Tab, content: TabContent): TemplateResult {
         .focus_distance_m=${optics.of?.camera === "pinhole" ? undefined : optics.of?.focus_distance_m}
         .outdated=${optics.complaint !== kNoComplaint}
       ></fstop-optics>`;
+    case "gallery":
+      return html`<fstop-gallery
+        .client=${client}
+        .scenes=${scenes}
+        .on_show=${on_show}
+      ></fstop-gallery>`;
     case "plots":
       return html`<fstop-plots
         .client=${client}

@@ -9,6 +9,7 @@ import type { Complaint } from "./faults.ts";
 import type { PreviewPace } from "./preview_pace.ts";
 import { picture_size, preview_size, sensor_format } from "./sensor_formats.ts";
 import type { RenderProgress } from "./render_jobs.ts";
+import { learn_scene, scene_of } from "./scene_looks.ts";
 import { camera_of, same_blur, same_view } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
 import { told } from "./told.ts";
@@ -54,6 +55,15 @@ const kLaterPasses: readonly Pass[] = [
   },
   kFinalPass,
 ];
+const kThumbnailPass: Pass = {
+  activity: "refining",
+  size: ({ sensor }) => sensor_format(sensor).previews[0],
+  format: "jpeg",
+  least_error: 0.05,
+  layers: false,
+  progress: false,
+  previews: false,
+};
 /// A hand that drags gets its next preview before the picture is refined.
 const kRefinementDelay_ms = 80;
 const kHeldTime_ms = 20;
@@ -114,7 +124,7 @@ export interface Hand {
 }
 
 /// The calls that a picture needs.
-export type PictureSource = Pick<ApiClient, "render" | "report" | "layer">;
+export type PictureSource = Pick<ApiClient, "render" | "report" | "layer" | "scene">;
 
 /// Yields what changes on the way. `hand`: while it is still moving, the first preview is as large
 /// as it may be to come in time. Ends early, saying nothing more, when `signal` aborts;
@@ -127,6 +137,7 @@ export async function* picture_updates(
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
     yield { complaint: kNoComplaint, progress: undefined };
+    yield* patiently("preview", (s) => learn_scene(source, state, s), signal);
     const first = hand?.is_held ? held_pass(state, hand.pace) : kPreviewPass;
     for (const pass of [first, ...kLaterPasses]) {
       const { activity } = pass;
@@ -229,16 +240,34 @@ export function size_of(state: PlaygroundState): ImageSize {
 
 function pass_request(state: PlaygroundState, pass: Pass): RenderRequest {
   const { size, format, least_error, max_time_ms } = pass;
+  const { halftone, illumination, samples } = state;
   return {
-    scene: state.scene,
+    scene: scene_of(state),
     camera: camera_of(state),
-    image: { ...size(state), format },
+    image: { ...size(state), format, ...(halftone === "" ? {} : { halftone: halftone_of(state) }) },
     quality: {
       max_error: Math.max(least_error, state.max_error),
       ...(max_time_ms === undefined ? {} : { max_time_ms }),
+      // Previews against the clock have as many as there is time for.
+      ...(samples === 0 || max_time_ms !== undefined ? {} : forced(samples)),
     },
+    ...(illumination === "recursive" ? {} : { illumination }),
     ...(pass.layers ? { outputs: ["color", "depth", "coc"] } : {}),
-  };
+  } as RenderRequest;
+}
+
+/// So many samples, side by side: a texture lookup averages over its share of the pixel.
+function forced(samples: number) {
+  return { samples, texture_width_px: 1 / Math.sqrt(samples) };
+}
+
+function halftone_of({ halftone, cell_px }: PlaygroundState) {
+  return halftone === "error-diffusion" ? { method: halftone } : { method: halftone, cell_px };
+}
+
+/// A small picture of what a state shows, for a list of them.
+export function thumbnail_request(state: PlaygroundState): RenderRequest {
+  return pass_request(state, kThumbnailPass);
 }
 
 /// Throws: the signal's reason, as soon as it aborts.

@@ -39,6 +39,7 @@ function source_with(...errors: Error[]) {
       return image_of(request);
     },
     report: async (id) => report_of(id),
+    scene: async () => ({ format: "fstop-scene/1" }),
     layer: async () => ({ width: 1, height: 1, values: new Float32Array([2]) }),
   };
   return { source, requests };

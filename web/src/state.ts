@@ -30,6 +30,30 @@ export const kCriteria = [
   "petzval",
 ] as const satisfies readonly PinholeCriterion[];
 
+export const kIlluminations = ["local", "recursive", "global"] as const;
+/// Empty: as the scene has it.
+export const kFilters = [
+  "",
+  "nearest",
+  "bilinear",
+  "mipmap",
+  "anisotropic",
+  "summed-area",
+  "stochastic",
+  "brute-force",
+] as const;
+export const kShadings = ["", "phong", "blinn-phong"] as const;
+export const kInterpolations = ["", "flat", "gouraud", "phong"] as const;
+/// Empty: none.
+export const kHalftones = [
+  "",
+  "clustered-dot",
+  "dispersed-dot",
+  "varying-dot",
+  "error-diffusion",
+] as const;
+export type Halftone = (typeof kHalftones)[number];
+
 export interface PlaygroundState {
   scene: string; // empty: the first scene that the server lists
   camera: "lens" | "pinhole";
@@ -51,6 +75,14 @@ export interface PlaygroundState {
   shutter_step: number; // of kShutterTimes
   iso_step: number; // of kIsoSpeeds
   max_error: number;
+  samples: number; // of a pixel; 0: as many as max_error needs
+  velocity_m_s: number; // of the camera, to the right, while the shutter is open
+  illumination: (typeof kIlluminations)[number];
+  filter: (typeof kFilters)[number]; // of all textures
+  shading: (typeof kShadings)[number]; // of all materials that answer to light
+  interpolation: (typeof kInterpolations)[number]; // of all meshes
+  halftone: Halftone;
+  cell_px: number; // of the halftone
 }
 
 export type StateChange = Partial<PlaygroundState>;
@@ -76,6 +108,14 @@ export const kDefaultState: PlaygroundState = {
   shutter_step: 36,
   iso_step: 0,
   max_error: 0.01,
+  samples: 0,
+  velocity_m_s: 0,
+  illumination: "recursive",
+  filter: "",
+  shading: "",
+  interpolation: "",
+  halftone: "",
+  cell_px: 4,
 };
 
 /// How a member is written to the address and read from it. `always` members are written even
@@ -136,6 +176,14 @@ const kMembers: readonly AnyMember[] = [
     text: (step) => kIsoSpeeds.labels[step] ?? "",
   }),
   member("max_error", "both", number_of, kAlways),
+  member("samples", "both", number_of),
+  member("velocity_m_s", "both", number_of),
+  member("illumination", "both", (text) => one_of(text, kIlluminations)),
+  member("filter", "both", (text) => one_of(text, kFilters)),
+  member("shading", "both", (text) => one_of(text, kShadings)),
+  member("interpolation", "both", (text) => one_of(text, kInterpolations)),
+  member("halftone", "both", (text) => one_of(text, kHalftones)),
+  member("cell_px", "both", number_of),
 ];
 
 /// Writes every member that counts for the camera, each name behind `prefix`.
@@ -180,6 +228,7 @@ export function camera_of(state: PlaygroundState): Camera {
     ...(state.camera === "lens" ? lens_of(state) : pinhole_of(state)),
     ...(state.wavelength_nm === 550 ? {} : { wavelength_nm: state.wavelength_nm }),
     ...(state.spectrum === "rgb" ? {} : { spectrum: state.spectrum }),
+    ...(state.velocity_m_s === 0 ? {} : motion_of(state)),
     ...(state.exposure === "relative" ? {} : exposure_of(state)),
   } as Camera;
 }
@@ -194,6 +243,10 @@ function lens_of(state: PlaygroundState): Partial<Camera> {
 function pinhole_of({ image_distance_mm, diameter_mm, criterion }: PlaygroundState) {
   const by = diameter_mm === "optimal" && criterion !== "brightest" ? { criterion } : {};
   return { pinhole: { image_distance_mm, diameter_mm, ...by } };
+}
+
+function motion_of({ velocity_m_s, shutter_step }: PlaygroundState): Partial<Camera> {
+  return { velocity_m_s: [velocity_m_s, 0, 0], shutter_s: kShutterTimes.value(shutter_step) };
 }
 
 function exposure_of(state: PlaygroundState): Partial<Camera> {
