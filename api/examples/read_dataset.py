@@ -21,6 +21,7 @@ import numpy
 import OpenImageIO
 
 PLANE = 1e-4  # relative differences of depth within one plane
+OWN_NAMES = {"FNumber": "aperture", "ExposureTime": "expTime"}  # OpenImageIO renames OpenEXR's
 EDGES = 1.5  # blur diameters from the frame's edges, beyond which light from outside is missing
 
 
@@ -33,7 +34,8 @@ def read_exr(path):
     pixels = file.read_image("float")
     file.close()
     channels = {name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}
-    return channels, {attribute.name: attribute.value for attribute in spec.extra_attribs}
+    attributes = {OWN_NAMES.get(a.name, a.name): a.value for a in spec.extra_attribs}
+    return channels, attributes
 
 
 def stacked(channels, names):

@@ -66,7 +66,7 @@ TEST(SweepRange, ThirdStopsAreTheTrueFNumbers) {
   for (const int n : {3, 4, 5, 6}) full.push_back(std::pow(2.0, n / 6.0));
   expect_values({.from = 1.4, .to = 2.0, .spacing = Spacing::third_stop}, full);
   expect_values({.from = 5.6, .to = 22.0, .step = 6.0, .spacing = Spacing::third_stop},
-                {std::sqrt(32.0), std::sqrt(128.0)});
+                {std::sqrt(32.0), std::sqrt(128.0), std::sqrt(512.0)});
   expect_values({.from = 8.0, .to = 5.6, .spacing = Spacing::third_stop},
                 {8.0, std::pow(2.0, 17.0 / 6.0), std::pow(2.0, 16.0 / 6.0), std::sqrt(32.0)});
   const double nominal[] = {1.0,  1.1,  1.2,  1.4,  1.6,  1.8,  2.0,  2.2,  2.5, 2.8,  3.2,
