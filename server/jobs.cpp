@@ -136,6 +136,8 @@ void Jobs::end(Job& job, Job::State state) {
   if (state == Job::State::done) job.last.fraction = 1.0;
   job.ended = SteadyClock::now();
   job.ticket.reset();
+  job.order.waiting_for = nullptr;  // what they hold is of the work
+  job.order.withdrawn = nullptr;
   --active_;
   log_.event("job_ended", {{"job", job.name.substr(0, 8)},
                            {"render", job.order.render},

@@ -21,12 +21,15 @@ constexpr const char* kSchema =
     " name TEXT NOT NULL, sha256 TEXT NOT NULL, bytes INTEGER NOT NULL,"
     " PRIMARY KEY(cell, place)) WITHOUT ROWID;";
 
+// A write that fails for a bound on sizes or a quota is an I/O error to SQLite, whose cause is
+// often overwritten before it can be asked for: so unless the disk itself failed.
 bool is_out_of_space(sqlite3* database) {
-  if (sqlite3_errcode(database) == SQLITE_FULL) return true;
-  if ((sqlite3_errcode(database) & 0xFF) != SQLITE_IOERR) return false;
-  const int error = sqlite3_system_errno(database);
-  return error == ENOSPC || error == EDQUOT || error == EFBIG ||
-         sqlite3_extended_errcode(database) == SQLITE_IOERR_SHMSIZE;
+  const int code = sqlite3_extended_errcode(database);
+  if (code == SQLITE_FULL) return true;
+  const bool is_of_writing = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ||
+                             code == SQLITE_IOERR_FSYNC || code == SQLITE_IOERR_TRUNCATE;
+  const int cause = sqlite3_system_errno(database);
+  return is_of_writing && cause != EIO && cause != EROFS;
 }
 
 [[noreturn]] void fail(sqlite3* database) {

@@ -310,7 +310,8 @@ TEST_F(SweepProgram, ThroughFocusIsSharpestWhereTheTargetIs) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output << outcome.errors;
   expect_whole("out");
   std::vector<double> mtf50;
-  for (const json& image : json::parse(manifest("out")).at("images")) {
+  const json told = json::parse(manifest("out"));
+  for (const json& image : told.at("images")) {
     ASSERT_TRUE(image.at("edge").contains("mtf50_cycles_per_px")) << image.at("edge");
     mtf50.push_back(image.at("edge").at("mtf50_cycles_per_px"));
   }

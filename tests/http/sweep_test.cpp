@@ -48,7 +48,7 @@ class Sweeps : public testing::Test {
           return ask_well(port, "GET", location).body.find("\"state\":\"" + state) !=
                  std::string::npos;
         },
-        60s);
+        180s);
   }
   TemporaryFolder data_;
 };
@@ -187,7 +187,7 @@ TEST_F(Sweeps, KilledServersGoOnUnasked) {
     return std::make_unique<ServerProcess>(
         data_.path(), std::vector<std::string>{"--data-dir", (data_.path() / "data").string()});
   };
-  std::string request = sweep_request(24, 1024);
+  std::string request = sweep_request(24, 256);
   request.replace(request.find("\"tiny\""), 6, "\"spheres\"");
   auto server = serve();
   const Answer accepted = ask_well(server->port(), "POST", "/v1/sweeps", request);
@@ -198,13 +198,13 @@ TEST_F(Sweeps, KilledServersGoOnUnasked) {
   const auto done = [&] {
     return json::parse(ask_well(server->port(), "GET", self).body).at("done").get<int>();
   };
-  ASSERT_TRUE(eventually([&] { return done() >= 2; }, 60s));
+  ASSERT_TRUE(eventually([&] { return done() >= 2; }, 180s));
   server->signal(SIGKILL);
   server->wait();
   server = serve();
   ASSERT_TRUE(eventually([&] { return ask(server->port(), "GET", location).status == 200; }))
       << "under its old name";
-  ASSERT_TRUE(eventually([&] { return done() >= 6; }, 60s));
+  ASSERT_TRUE(eventually([&] { return done() >= 6; }, 180s));
   server->signal(SIGTERM);
   EXPECT_EQ(server->wait(), 0) << "it does not wait for the whole sweep";
   server = serve();
