@@ -142,7 +142,7 @@ TEST(LayerStack, TheBoundHoldsForRandomLayers) {
   double loosest = 0.0;  // bound over error, where nothing is brighter than white
   for (int trial = 0; trial < 60; ++trial) {
     const float by = trial % 2 == 0 ? 0.005F : 0.05F;
-    const float brightest = trial % 3 == 0 ? 1.5F : 1.0F;
+    const float brightest = trial % 3 == 0 ? 1.5F : 0.75F;
     LayerStack truth(kWidth, kHeight), made(kWidth, kHeight);
     for (int k = 0; k < 3; ++k) {
       const bool is_opaque = k == 0;
@@ -155,12 +155,12 @@ TEST(LayerStack, TheBoundHoldsForRandomLayers) {
     const double color = rmse(truth.layer(), made.layer(), 0, 3);
     EXPECT_LE(color, made.error().color) << trial;
     EXPECT_LE(rmse(truth.layer(), made.layer(), 3, 4), made.error().alpha + 1e-7) << trial;
-    if (brightest == 1.0F) loosest = std::max(loosest, made.error().color / color);
+    if (brightest < 1.0F) loosest = std::max(loosest, made.error().color / color);
   }
   // The bound adds e + f of each of three layers, 5 e where the lowest is exact in alpha, and takes
   // the largest of light and of what passes; noise adds in squares, and about half of it is hidden.
   std::printf("bound of a stack over its error, at most: %.2f\n", loosest);
-  EXPECT_LT(loosest, 12.0);
+  EXPECT_LT(loosest, 5.0);
 }
 
 // Overlay decides pixel by pixel: what may fall either way is its fringe.
