@@ -52,8 +52,10 @@ double value_at(const SweepRange& range, int i) {
   if (range.count && i > 0 && share == 1.0) return range.to;
   switch (range.spacing) {
     case Spacing::linear:
-      return range.count ? range.from + share * (range.to - range.from)
-                         : range.from + i * *range.step;
+      // Divided last: whole numbers stay whole.
+      if (range.count)
+        return last > 0.0 ? range.from + i * (range.to - range.from) / last : range.from;
+      return range.from + i * *range.step;
     case Spacing::log:
       return range.from *
              (range.count ? std::pow(range.to / range.from, share) : std::pow(*range.step, i));

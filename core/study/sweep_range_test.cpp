@@ -29,6 +29,14 @@ void expect_values(const SweepRange& range, const std::vector<double>& expected)
   }
 }
 
+TEST(SweepRange, WholeNumbersStayWhole) {
+  for (int count = 2; count <= 200; ++count) {
+    const auto values = values_of({.from = 1.0, .to = static_cast<double>(count), .count = count});
+    for (int i = 0; i < count; ++i)
+      EXPECT_EQ(values[static_cast<std::size_t>(i)], i + 1.0) << "of " << count;
+  }
+}
+
 TEST(SweepRange, LinearByCountAndByStep) {
   expect_values({.from = 1.0, .to = 2.0, .count = 5}, {1.0, 1.25, 1.5, 1.75, 2.0});
   expect_values({.from = 2.0, .to = -2.0, .count = 3}, {2.0, 0.0, -2.0});
