@@ -83,7 +83,7 @@ describe("access", { timeout: 600_000 }, () => {
     await reach(/^Focused plane/);
     await press(page, "ArrowUp");
     await reach(/tab-optics/);
-    await press(page, "ArrowRight");
+    await press(page, "ArrowRight", 2); // by the gallery
     await eventually(
       () => page.getByRole("tab", { name: "Plots" }).getAttribute("aria-selected"),
       (selected) => selected === "true",

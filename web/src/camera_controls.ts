@@ -36,6 +36,7 @@ export class CameraControls extends LitElement {
 
   /// Where the focus goes when infinity is unticked.
   private last_finite_focus_m_ = 2;
+  private light_is_open_ = false;
 
   static override styles = [
     kBaseStyles,
@@ -92,11 +93,16 @@ export class CameraControls extends LitElement {
     `;
   }
 
-  /// Folded away, and loaded when it is opened or a link has something of it.
+  /// Folded away, and loaded when it is opened or a link has something of it; then it stays open
+  /// until it is closed by hand.
   private light_(): TemplateResult {
-    const is_used = kOfLight.some((key) => this.state[key] !== kDefaultState[key]);
-    if (is_used) void load_light_controls();
-    return html`<details ?open=${is_used} @toggle=${() => void load_light_controls()}>
+    this.light_is_open_ ||= kOfLight.some((key) => this.state[key] !== kDefaultState[key]);
+    if (this.light_is_open_) void load_light_controls();
+    const toggled = ({ currentTarget }: Event): void => {
+      this.light_is_open_ = (currentTarget as HTMLDetailsElement).open;
+      void load_light_controls();
+    };
+    return html`<details ?open=${this.light_is_open_} @toggle=${toggled}>
       <summary>Motion, light, textures, halftone</summary>
       <fstop-light-controls .state=${this.state} .faults=${this.faults}></fstop-light-controls>
     </details>`;
