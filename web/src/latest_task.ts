@@ -26,6 +26,7 @@ export type Run<Input> = (
 export class LatestTask<Input> {
   private waiting_since_ms_: number | undefined;
   private last_input_ms_ = Number.NEGATIVE_INFINITY;
+  private is_alone_ = false; // the newest input came after a pause
   private timer_: ReturnType<typeof setTimeout> | undefined;
   private next_: { input: Input; urgency: Urgency } | undefined;
   private current_:
@@ -41,6 +42,7 @@ export class LatestTask<Input> {
     const now_ms = performance.now();
     const is_alone = now_ms - this.last_input_ms_ > this.pace_.patience_ms;
     this.last_input_ms_ = now_ms;
+    this.is_alone_ = is_alone;
     this.waiting_since_ms_ ??= now_ms;
     const waited_ms = now_ms - this.waiting_since_ms_;
     const rest_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
@@ -48,9 +50,11 @@ export class LatestTask<Input> {
     this.start_in_(urgency === "patient" || is_alone ? 0 : rest_ms);
   }
 
-  /// Makes the input that waits urgent, if one waits: the hand that has let go is at rest.
+  /// Makes the input that waits urgent, if one waits. One that came alone starts at once: a key is
+  /// held and let go in one moment. Keys that repeat are joined like other inputs.
   hurry(): void {
     if (this.next_ === undefined) return;
+    if (!this.is_alone_) return this.submit(this.next_.input);
     this.next_.urgency = "urgent";
     this.start_in_(0);
   }

@@ -56,6 +56,19 @@ describe("latest task", () => {
     expect(runs.map((run) => run.input)).toEqual([1]);
   });
 
+  it("keeps showing something while a key repeats", async () => {
+    const { task, runs } = watched_task(100);
+    for (let input = 0; input < 30; ++input) {
+      task.submit(input, "patient");
+      task.hurry();
+      await vi.advanceTimersByTimeAsync(33);
+    }
+    // At once, then as often as patience lasts: 120 ms, in steps of the key.
+    expect(runs.length).toBeGreaterThan(5);
+    expect(runs.length).toBeLessThan(11);
+    expect(runs.filter((run) => !run.signal.aborted).length).toBeGreaterThan(5);
+  });
+
   it("aborts the stale run and starts the newest input, one at a time", async () => {
     const { task, runs, seen } = watched_task(1000);
     task.submit(1);
