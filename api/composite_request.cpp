@@ -155,6 +155,7 @@ CompositeLayer read_layer(ObjectReader& item, bool is_lowest, const Limits& limi
   CompositeLayer layer;
   layer.kind = item.choice<LayerKind>("operation", kKinds, "over");
   if (layer.kind == LayerKind::key) {
+    if (!item.has("key")) item.fault("key", "is required where operation is key");
     layer.key = read_key(item);
   } else if (item.has("key")) {
     item.fault("key", "needs operation to be key");

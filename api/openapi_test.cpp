@@ -1,95 +1,17 @@
 #include "api/openapi.h"
 
 #include <filesystem>
-#include <fstream>
 #include <functional>
 
 #include <gtest/gtest.h>
 
-#include "api/chart_request.h"
-#include "api/composite_request.h"
-#include "api/contract_schema.h"
-#include "api/measurement_request.h"
-#include "api/optics_request.h"
-#include "api/problem.h"
-#include "api/psf_request.h"
-#include "api/render_request.h"
-#include "api/sweep_request.h"
 #include "core/optics/pinhole.h"
+#include "tests/references/openapi_agreement.h"
 
 namespace fstop::api {
 namespace {
 
-using nlohmann::json;
 namespace fs = std::filesystem;
-
-std::string file_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// A kind of request, and the schema of its name.
-enum class Kind { render, optics, psf, chart, measurement, sweep, composite };
-
-std::string schema_of(Kind kind) {
-  switch (kind) {
-    case Kind::render:
-      return "RenderRequest";
-    case Kind::optics:
-      return "OpticsRequest";
-    case Kind::psf:
-      return "PsfRequest";
-    case Kind::chart:
-      return "ChartRequest";
-    case Kind::measurement:
-      return "MeasurementRequest";
-    case Kind::sweep:
-      return "SweepRequest";
-    case Kind::composite:
-      return "CompositeRequest";
-  }
-  return {};
-}
-
-Kind kind_of_file(const std::string& name) {
-  if (name.starts_with("optics")) return Kind::optics;
-  if (name.starts_with("chart")) return Kind::chart;
-  if (name.starts_with("sweep")) return Kind::sweep;
-  if (name.starts_with("composite")) return Kind::composite;
-  if (name.starts_with("measurements")) return Kind::measurement;
-  return name.starts_with("psf") ? Kind::psf : Kind::render;
-}
-
-bool parses(const json& request, Kind kind) {
-  try {
-    switch (kind) {
-      case Kind::render:
-        parse_render_request(request.dump(), Limits{}, SceneNames::stored_only);
-        break;
-      case Kind::optics:
-        parse_optics_request(request.dump(), Limits{});
-        break;
-      case Kind::psf:
-        parse_psf_request(request.dump(), Limits{});
-        break;
-      case Kind::chart:
-        parse_chart_request(request.dump(), Limits{}, SceneNames::stored_only);
-        break;
-      case Kind::measurement:
-        parse_measurement_request(request.dump(), Limits{});
-        break;
-      case Kind::sweep:
-        parse_sweep_request(request.dump(), Limits{}, SceneNames::stored_only);
-        break;
-      case Kind::composite:
-        parse_composite_request(request.dump(), Limits{}, SceneNames::stored_only);
-        break;
-    }
-    return true;
-  } catch (const InvalidRequest&) {
-    return false;
-  }
-}
 
 void for_each_object(const json& value, const std::function<void(const json&)>& visit) {
   if (value.is_object()) visit(value);
@@ -167,24 +89,6 @@ TEST(OpenApi, AcceptsEveryNormalisedExample) {
     const std::string text = file_text(FSTOP_SOURCE_DIR "/api/examples/" + name + ".json");
     const RenderRequest request = parse_render_request(text, Limits{}, SceneNames::stored_only);
     EXPECT_EQ(render.objection(json::parse(request.normalised)), "") << name;
-  }
-}
-
-/// One member of a request set to one value, and what schema and parser both say of it.
-struct Mutation {
-  std::string pointer = {};
-  std::string value = {};
-  bool legal = false;
-};
-
-void expect_agreement(const json& original, Kind kind, const std::vector<Mutation>& mutations) {
-  const ContractSchema schema(schema_of(kind));
-  for (const Mutation& mutation : mutations) {
-    json request = original;
-    request[json::json_pointer(mutation.pointer)] = json::parse(mutation.value);
-    const std::string label = mutation.pointer + " = " + mutation.value;
-    EXPECT_EQ(schema.objection(request).empty(), mutation.legal) << "schema: " << label;
-    EXPECT_EQ(parses(request, kind), mutation.legal) << "parser: " << label;
   }
 }
 
@@ -436,121 +340,6 @@ TEST(OpenApi, AgreesWithTheParserOnCharts) {
                     {"/illumination", "2", false},
                     {"/quality", "{}", false},
                     {"/outputs", R"(["color"])", false}});
-}
-
-TEST(OpenApi, AgreesWithTheParserOnComposites) {
-  const json render = {{"scene", "charts"}, {"camera", {{"lens", json::object()}}}};
-  const json original = {{"layers",
-                          {{{"render", render}},
-                           {{"render", std::string(64, 'a')}, {"operation", "overlay"}},
-                           {{"image", {{"file", "charts/floor.png"}}},
-                            {"operation", "key"},
-                            {"key", {{"color", {0, 1, 0}}}}}}}};
-  expect_agreement(original, Kind::composite,
-                   {{"/layers", "[]", false},
-                    {"/layers", "{}", false},
-                    {"/layers", "[{}]", false},
-                    {"/layers", "null", false},
-                    {"/unknown", "1", false},
-                    {"/outputs", R"(["alpha", "color"])", true},
-                    {"/outputs", R"(["depth"])", false},
-                    {"/outputs", "[]", false},
-                    {"/image", R"({"format": "exr", "precision": "half"})", true},
-                    {"/image", R"({"format": "gif"})", false},
-                    {"/image", R"({"width": 3})", false},
-                    {"/layers/0/image", R"({"file": "charts/floor.png"})", false},  // beside render
-                    {"/layers/0/operation", "\"over\"", true},
-                    {"/layers/0/operation", "\"under\"", false},
-                    {"/layers/0/opacity", "0", true},
-                    {"/layers/0/opacity", "1.01", false},
-                    {"/layers/0/opacity", "\"1\"", false},
-                    {"/layers/0/offset_px", "[-1000000, 1000000]", true},
-                    {"/layers/0/offset_px", "[0]", false},
-                    {"/layers/0/offset_px", "[0.5, 0]", false},
-                    {"/layers/0/offset_px", "[0, 1000001]", false},
-                    {"/layers/0/offset_px", "5", false},
-                    {"/layers/0/z", "1", false},
-                    {"/layers/0/render/camera/lens/f_number", "0.4", false},
-                    {"/layers/0/render/camera/zoom", "1", false},
-                    {"/layers/0/render/outputs", R"(["depth"])", true},
-                    {"/layers/0/render", "5", false},
-                    {"/layers/1/render", "\"abc\"", false},
-                    {"/layers/1/render", "null", false},
-                    {"/layers/2/key", "{}", false},
-                    {"/layers/2/key/color", "[0, 1]", false},
-                    {"/layers/2/key/color", "[0, -1, 0]", false},
-                    {"/layers/2/key/softness", "0", true},
-                    {"/layers/2/key/tolerance", "-0.1", false},
-                    {"/layers/2/key/hue", "1", false},
-                    {"/layers/2/image/file", "\"floor.png\"", false},
-                    {"/layers/2/image/file", "\"\"", false},
-                    {"/layers/2/image/base64", "\"AAAA\"", false},  // beside file
-                    {"/layers/2/image/alpha", "\"premultiplied\"", true},
-                    {"/layers/2/image/alpha", "\"none\"", false},
-                    {"/layers/2/image/color_space", "\"linear\"", true},
-                    {"/layers/2/image/color_space", "\"aces\"", false}});
-}
-
-TEST(OpenApi, AgreesWithTheParserOnMeasurements) {
-  const std::string id(64, 'a');
-  const json original = {{"render", id},
-                         {"measurements",
-                          {{{"kind", "spot"}},
-                           {{"kind", "slanted-edge"}},
-                           {{"kind", "star"},
-                            {"center_px", {{"x", 9}, {"y", 9}}},
-                            {"cycles", 12},
-                            {"mean", 0.5},
-                            {"amplitude", 0.5},
-                            {"radii_px", {4}}},
-                           {{"kind", "sharpness"}},
-                           {{"kind", "disc-edge"}}}}};
-  expect_agreement(
-      original, Kind::measurement,
-      {{"/render", "\"abc\"", false},
-       {"/render", "1", false},
-       {"/image", R"({"base64": "AAAA"})", false},  // beside render
-       {"/unknown", "1", false},
-       {"/measurements", "[]", false},
-       {"/measurements", "{}", false},
-       {"/measurements", R"([{"kind": "guess"}])", false},
-       {"/measurements", R"([{}])", false},
-       {"/measurements/0/channel", "\"red\"", true},
-       {"/measurements/0/channel", "\"alpha\"", false},
-       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 3, "height": 16384})", true},
-       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 2, "height": 9})", false},
-       {"/measurements/0/region", R"({"x": -1, "y": 0, "width": 9, "height": 9})", false},
-       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 9})", false},
-       {"/measurements/0/region", R"({"x": 0, "y": 0, "width": 9, "height": 9, "z": 1})", false},
-       {"/measurements/0/background", "null", true},
-       {"/measurements/0/background", "-0.5", true},
-       {"/measurements/0/background", "\"border\"", false},
-       {"/measurements/0/source_diameter_px", "0.5", true},
-       {"/measurements/0/source_diameter_px", "-1", false},
-       {"/measurements/0/blades", "7", true},
-       {"/measurements/0/blades", "2", false},
-       {"/measurements/0/fractions", "[0.838, 0.5]", true},
-       {"/measurements/0/fractions", "[1]", false},
-       {"/measurements/0/levels", R"({"dark": 0, "bright": 1})", false},
-       {"/measurements/1/levels", R"({"dark": 0, "bright": 1})", true},
-       {"/measurements/1/levels", R"({"dark": 0})", false},
-       {"/measurements/2/radii_px", "[]", true},
-       {"/measurements/2/radii_px", "[0]", false},
-       {"/measurements/2/cycles", "1", false},
-       {"/measurements/2/center_px", "[9, 9]", false},
-       {"/measurements/2/phase_deg", "90", true},
-       {"/measurements/2/amplitude", "0", false},
-       {"/measurements/3/blades", "5", false},
-       {"/measurements/4/levels", R"({"dark": 0, "bright": 1})", false}});
-  const json sent = json::parse(file_text(FSTOP_SOURCE_DIR "/api/examples/measurements-spot.json"));
-  expect_agreement(sent, Kind::measurement,
-                   {{"/image/color_space", "\"srgb\"", true},
-                    {"/image/color_space", "\"aces\"", false},
-                    {"/image/pixel_um", "0", false},
-                    {"/image/base64", "\"\"", false},
-                    {"/image/base64", "5", false},
-                    {"/image/file", "\"a.png\"", false},
-                    {"/image", "{}", false}});
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ TEST(Picture, HoldsAlphaAsTheFormatDoes) {
   const std::vector<std::string> names = channels(exr);
   EXPECT_EQ((std::vector(names.begin(), names.begin() + 4)),
             (std::vector<std::string>{"R", "G", "B", "A"}));
-  EXPECT_EQ(names.size(), 15U);
+  EXPECT_EQ(names.size(), 18U);  // all of them and A
   EXPECT_EQ(exr.layers.front().image, filled(3, 0.25F));
   for (const ImageFormat format : {ImageFormat::png, ImageFormat::webp, ImageFormat::tiff}) {
     const Image first = picture_of(photo, spec(), "id", format).layers.front().image;

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/encode/image_codec.h"
+#include "api/picture.h"
 #include "server/config.h"
 #include "server/picture_source.h"
 

@@ -3,8 +3,7 @@
 #include <string>
 
 #include "api/limits.h"
-#include "core/film/image.h"
-#include "core/scene/scene.h"
+#include "api/measurement_request.h"
 #include "server/log.h"
 
 namespace fstop::server {

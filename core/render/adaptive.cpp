@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <mutex>
@@ -170,6 +171,12 @@ std::uint32_t pilot_samples(double max_error) {
   return max_error >= 0.0015 ? 8 : 16;
 }
 
+// A picture of few pixels tells its error by few differences: more samples of each make up for it.
+std::uint32_t least_samples(double pixels) {
+  constexpr double kFewest = 1024.0;  // of a replicate's whole picture
+  return std::bit_ceil(static_cast<std::uint32_t>(std::max(1.0, kFewest / pixels)));
+}
+
 class Rounds {
  public:
   // `carried_mse`: noise of the picture that samples do not lower.
@@ -207,7 +214,9 @@ class Rounds {
   static constexpr const char* kOutOfTime = "stopped by max_time_ms before the error was reached";
 
   void pilot() {
-    const std::uint32_t count = quality_.max_time_ms ? 2 : pilot_samples(quality_.max_error);
+    const std::uint32_t count = quality_.max_time_ms ? 2
+                                                     : std::max(pilot_samples(quality_.max_error),
+                                                                least_samples(picture_.pixels()));
     if (quality_.max_time_ms) {
       picture_.trace(picture_.first_look(seed_), 0.02);
       const Clock::time_point start = Clock::now();
@@ -355,14 +364,15 @@ NoiseEstimate trace_exactly(Picture& picture, std::uint32_t samples, Sharing* sh
 // What comes from the light is cheap beside samples: it gets a tenth of the error, and at most as
 // many points as a forced or timed render traces samples.
 double forward_goal(const QualitySpec& quality) { return 0.1 * std::pow(quality.max_error, 2); }
-double most_forward(const QualitySpec& quality, const ReplicateFilm& film) {
+double most_forward(const QualitySpec& quality, const ReplicateFilm& film, double most) {
   const double pixels = double(kBlockPixels) * static_cast<double>(film.grid().count());
-  return quality.max_time_ms ? pixels : 4e8;
+  if (quality.samples) return pixels * *quality.samples;
+  return quality.max_time_ms ? pixels : most;
 }
+constexpr double kMostPoints = 4e8;  // of emitters
 // Paths from lamps may all miss the picture, however many there are.
-double most_carried(const QualitySpec& quality, const ReplicateFilm& film) {
-  const double pixels = double(kBlockPixels) * static_cast<double>(film.grid().count());
-  return quality.max_time_ms ? pixels : std::min(4e8, 4096.0 * pixels);
+double most_paths(const ReplicateFilm& film) {
+  return std::min(1e8, 1024.0 * kBlockPixels * static_cast<double>(film.grid().count()));
 }
 
 }  // namespace
@@ -375,12 +385,13 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
   std::optional<SplattedLight> light;
   if (means.splats != nullptr) {
     light.emplace(*means.splats);
-    light->splat(forward_goal(shot.quality), most_forward(shot.quality, picture.film()),
-                 picture.film(), run);
+    light->splat(forward_goal(shot.quality),
+                 most_forward(shot.quality, picture.film(), kMostPoints), picture.film(), run);
   }
   const CarriedLight carried = carry_light(
       {.rays = source, .aims = light_aims(source.scene, shot.illumination), .seed = shot.seed},
-      forward_goal(shot.quality), most_carried(shot.quality, picture.film()), picture.film(), run);
+      forward_goal(shot.quality),
+      most_forward(shot.quality, picture.film(), most_paths(picture.film())), picture.film(), run);
   const BlockTracer any(source, picture.film().grid(), 0);
   std::optional<Sharing> sharing;
   if (means.shares_samples) sharing.emplace(any.blur_px(), run);

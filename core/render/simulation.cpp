@@ -220,6 +220,8 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
   Photograph photograph;
   photograph.layers = layers_of(spec, shot, outcome, run);
   photograph.color = std::move(outcome.color);
+  // Differences of waves are noisy where it is dark; light is not negative.
+  for (float& value : photograph.color.pixels()) value = std::max(0.0F, value);
 
   // What was cut in the picture says more than what might be cut of any path.
   ShotFacts told = facts;
