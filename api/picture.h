@@ -16,9 +16,9 @@ std::vector<Output> layers_needed(ImageFormat format, const std::vector<Output>&
 /// The photograph as one file of `format`. With alpha: EXR holds R,G,B multiplied by A, as it
 /// prescribes; PNG, WebP and TIFF straight colours, divided by A, and A. The 8-bit kinds are
 /// halftoned where that is asked for, since EXR and TIFF are data: R,G,B, then the layers it has,
-/// Z; coc.signed; N.X,N.Y,N.Z; var.R,var.G,var.B; aif.R,aif.G,aif.B; A; dist.ray; coc.diameter; mask.valid; and as attributes the
-/// camera, the seed, `id`, the engine. Throws: Error{unsupported} for a JPEG of a photograph with
-/// alpha.
+/// Z; coc.signed; N.X,N.Y,N.Z; var.R,var.G,var.B; aif.R,aif.G,aif.B; A; dist.ray; coc.diameter;
+/// mask.valid; and as attributes the camera, the seed, `id`, the engine. Throws:
+/// Error{unsupported} for a JPEG of a photograph with alpha.
 Picture picture_of(const Photograph& photograph, const SimulationSpec& spec, std::string_view id,
                    ImageFormat format);
 

@@ -6,8 +6,8 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <system_error>
 #include <malloc.h>
+#include <system_error>
 #include <unistd.h>
 
 namespace fstop::server {
