@@ -62,7 +62,7 @@ SimulationSpec from_above(const std::string& method = "lens-sampling") {
   spec.effects.diffraction = EffectChoice::off;
   spec.illumination = Illumination::global;
   spec.quality.method = method;
-  spec.quality.samples = 16;
+  spec.quality.samples = 4096;
   spec.quality.max_error = 0.002;
   return spec;
 }
@@ -262,7 +262,7 @@ void expect_agreement(const Object& turner, const Material& glass, double bright
   Scene square = scene;
   square.materials.push_back({.model = ShadingModel::unlit, .emission = {.value = grey(radiance)}});
   square.objects.push_back(quad(corner, {side, 0, 0}, {0, 0, -side}, 2));
-  spec.quality.samples = 64;
+  spec.quality.samples = 4096;
   const Photograph forward = photograph(spec, lamp);
   spec.quality.samples = 16384;
   const Photograph backward = photograph(spec, square);
