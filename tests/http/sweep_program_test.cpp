@@ -302,8 +302,8 @@ TEST_F(SweepProgram, DatasetsAreTheirSeed) {
 }
 
 TEST_F(SweepProgram, ThroughFocusIsSharpestWhereTheTargetIs) {
-  folder_.write("recipe.json", R"({"recipe": "through-focus-mtf", "target_m": 2, "near_m": 1.8,
-      "far_m": 2.25, "count": 5, "base": {"camera": {"lens": {"focal_length_mm": 50, "f_number": 2}},
+  folder_.write("recipe.json", R"({"recipe": "through-focus-mtf", "target_m": 2, "near_m": 1.2,
+      "far_m": 6, "count": 5, "base": {"camera": {"lens": {"focal_length_mm": 50, "f_number": 2}},
       "image": {"width": 150, "height": 100}, "quality": {"samples": 64},
       "effects": {"diffraction": "off"}}})");
   const Outcome outcome = run_fstop(sweep_into("out"));
@@ -316,8 +316,8 @@ TEST_F(SweepProgram, ThroughFocusIsSharpestWhereTheTargetIs) {
     mtf50.push_back(image.at("edge").at("mtf50_cycles_per_px"));
   }
   // In focus the pixel alone is left: sinc f = 1/2 at 0.603 cycles a pixel. Beside it a disc of c
-  // px takes half away at f c = 0.705, where 2 J1(pi x)/(pi x) = 1/2; with the pixel's own a little
-  // earlier. c at 1.8949 m (the second of five equal steps in dioptres), over 0.24 mm pixels.
+  // px takes half away at f c = 0.705, with the pixel's own share earlier. Five equal steps in
+  // dioptres, pixels of 0.24 mm: c is 0.9 px where the focus is a step off, 1.8 px at both ends.
   EXPECT_NEAR(mtf50[2], 0.603, 0.02);
   EXPECT_GT(mtf50[2], mtf50[1]);
   EXPECT_GT(mtf50[1], mtf50[0]);
