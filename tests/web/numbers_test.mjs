@@ -22,16 +22,21 @@ function shows_plot(page, caption) {
 
 /// The table of the plot that is shown: an object for each row.
 async function table_of(page) {
-  await page.locator("fstop-plot:not(.dim) svg.plot").waitFor({ timeout: kPicture_ms });
-  const download = page.waitForEvent("download");
-  await page.locator("fstop-plot").getByRole("button", { name: "CSV" }).click();
-  const text = await readFile(await (await download).path(), "utf8");
-  const cells = (line) => [...line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)].map((m) => m[1] ?? m[2]);
-  const [head, ...lines] = text.trim().split("\n").map(cells);
-  // The same as the table behind the plot.
-  const shown = await page.locator("fstop-plot tbody tr").count();
-  assert.equal(shown, lines.length);
-  return { head, rows: lines.map((line) => line.map(Number)), lines };
+  const kMostTries = 4; // a plot may be drawn anew between two looks at it
+  for (let tries = 1; ; ++tries) {
+    await page.locator("fstop-plot:not(.dim) svg.plot").waitFor({ timeout: kPicture_ms });
+    const download = page.waitForEvent("download");
+    await page.locator("fstop-plot").getByRole("button", { name: "CSV" }).click();
+    const text = await readFile(await (await download).path(), "utf8");
+    const cells = (line) =>
+      [...line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)].map((m) => m[1] ?? m[2]);
+    const [head, ...lines] = text.trim().split("\n").map(cells);
+    // The same as the table behind the plot.
+    const shown = await page.locator("fstop-plot tbody tr").count();
+    if (shown !== lines.length && tries < kMostTries) continue;
+    assert.equal(shown, lines.length);
+    return { head, rows: lines.map((line) => line.map(Number)), lines };
+  }
 }
 
 describe("plots", { timeout: 600_000 }, () => {

@@ -38,7 +38,9 @@ export interface TabContent {
 export function tab_row(chosen: Tab, on_choice: (tab: Tab) => void): TemplateResult {
   const move = (event: KeyboardEvent): void => {
     const by = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    const next = kNames[(kNames.indexOf(chosen) + by + kNames.length) % kNames.length];
+    // From where the keys are: what is chosen shows once its part is loaded.
+    const from = kNames.indexOf((event.target as HTMLElement).id.replace("tab-", "") as Tab);
+    const next = kNames[(from + by + kNames.length) % kNames.length];
     if (by === 0 || next === undefined) return;
     event.preventDefault();
     const row = event.currentTarget as HTMLElement;
