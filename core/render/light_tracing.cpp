@@ -370,7 +370,9 @@ CarriedLight carry_light(const LightCarrier& carrier, double goal_mse, double mo
   if (carrier.aims.empty()) return result;
   const RunControl silent{.stop = run.stop, .workers = run.workers};
   const double each = static_cast<double>(kReplicates * carrier.aims.size());
-  for (std::uint32_t count = kFewestPaths;; count *= 4) {
+  std::uint32_t first = kFewestPaths;
+  while (first > kLanes && each * first > most_paths) first /= 4;  // of many aims
+  for (std::uint32_t count = first;; count *= 4) {
     std::array<Image, kReplicates> images;
     for (std::uint32_t r = 0; r < kReplicates; ++r) {
       SplatImage light(film.grid().width, film.grid().height);
