@@ -10,8 +10,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/limits.h"
 #include "api/problem.h"
 #include "api/render_id.h"
+#include "core/error.h"
 #include "server/commands.h"
 #include "server/config_file.h"
 
@@ -389,9 +391,16 @@ int run_command_line(int argc, char** argv) {
     }
     return run_command(line);
   } catch (const std::exception& exception) {
-    const api::Problem problem = api::problem(exception);
-    // Here the user is the operator: the cause that a client must not see.
-    if (problem.status >= 500) std::cerr << "fstop: " << exception.what() << '\n';
+    api::Problem problem = api::problem(exception);
+    if (problem.status >= 500) {
+      // Here the user is the operator: he is told the cause, which a client must not see.
+      const auto* error = dynamic_cast<const Error*>(&exception);
+      const bool is_io = error != nullptr && error->code() == ErrorCode::io_failure;
+      problem =
+          api::http_problem(problem.status, is_io ? "io-failure" : "internal",
+                            api::shortened(exception.what(), api::Limits{}.problem_bytes / 2));
+      std::cerr << "fstop: " << exception.what() << '\n';
+    }
     return print_problem(problem);
   }
 }

@@ -1,8 +1,12 @@
 #include "server/nats_broker.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <optional>
 #include <utility>
+
+#include <boost/url/parse.hpp>
 
 #include "core/error.h"
 
@@ -40,6 +44,15 @@ std::string without_user(std::string url) {
   return url;
 }
 
+// Absent or 1 to 65535.
+bool is_port(const boost::urls::url_view& url) {
+  if (!url.has_port()) return true;
+  const std::string_view text(url.port().data(), url.port().size());
+  std::uint16_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() && number > 0;
+}
+
 }  // namespace
 
 std::string cause_of(natsStatus status, int code) {
@@ -53,9 +66,14 @@ std::string cause_of(natsStatus status, int code) {
 std::string shown_addresses(const std::string& list) {
   std::string text;
   for (const std::string& url : urls_of(list)) {
-    if (!url.starts_with("nats://") && !url.starts_with("tls://")) {
+    const auto parts = boost::urls::parse_uri(url);
+    const bool is_known = parts && (parts->scheme() == "nats" || parts->scheme() == "tls");
+    if (!is_known || parts->encoded_host().empty() || !is_port(*parts) ||
+        !parts->encoded_path().empty() || parts->has_query() || parts->has_fragment()) {
       throw Error(ErrorCode::invalid_request,
-                  "--queue: must be nats://host[:port] or tls://host[:port], more after commas");
+                  "--queue: must be nats://[user:password@]host[:port] or tls://..., the port 1 to "
+                  "65535, more after commas; not " +
+                      without_user(url));
     }
     text += (text.empty() ? "" : ",") + without_user(url);
   }

@@ -201,10 +201,6 @@ void QueueWorker::serve(Delivery& delivery) {
   }
   heartbeat_ = std::make_unique<Heartbeat>(delivery, services_.queue.ack_wait() / 3);
   const AtEnd silence([this] { heartbeat_.reset(); });  // before the delivery goes
-  if (patiently([&] { return services_.queue.get(NatsQueue::Bucket::outcomes, key); })) {
-    services_.log.event("cell_known", {{"cell", key}});
-    return finish(delivery);
-  }
   try {
     const api::CellOrder order = api::parse_cell_order(delivery.text(), api::Limits{});
     if (cell_key(order.sweep, order.index) != key)
@@ -221,7 +217,15 @@ void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
   const std::string key = cell_key(order.sweep, order.index);
   if (order.engine != api::engine_version())
     return leave_to_others(delivery, "a worker of " + order.engine);
-  const int attempts = counted_attempt(key);
+  const bool is_first =
+      patiently([&] { return services_.queue.create(NatsQueue::Bucket::attempts, key, "1"); });
+  // A cell that nobody has begun has no outcome: most cells are not looked up.
+  if (!is_first &&
+      patiently([&] { return services_.queue.get(NatsQueue::Bucket::outcomes, key); })) {
+    services_.log.event("cell_known", {{"cell", key}});
+    return finish(delivery);
+  }
+  const int attempts = is_first ? 1 : counted_attempt(key);
   if (attempts > options_.most_attempts) {
     services_.log.warning("cell_abandoned", {{"cell", key}, {"attempts", attempts - 1}});
     record(key, given_up(order.index, options_.most_attempts));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/json_text.h"
 #include "api/scene_store.h"
 #include "api/sweep_request.h"
 #include "core/error.h"
@@ -123,8 +124,12 @@ int dataset(const DatasetOptions& options) {
                        std::to_string(options.count) + R"(, "seed": )" +
                        std::to_string(options.seed) + R"(, "images_per_scene": )" +
                        std::to_string(options.images_per_scene);
-  if (!options.base.empty())
-    recipe += R"(, "base": )" + text_of(options.base, api::command_line_limits().body_bytes);
+  if (!options.base.empty()) {
+    const api::Limits limits = api::command_line_limits();
+    // Read on its own: no file may say more than the base.
+    recipe += R"(, "base": )" +
+              api::json_text(api::parse_json(text_of(options.base, limits.body_bytes), limits));
+  }
   return run_sweep(recipe + "}", ".", options.sweep);
 }
 

@@ -60,12 +60,22 @@ int verify(const VerifyOptions& options) {
     return pictures(api::chart_request_text(shot), ".");
   };
   std::vector<VerificationOutcome> outcomes;
+  bool is_cut = false;  // the reports hold what there is, and why there is no more
   for (const VerificationCheck& check : suite.checks) {
-    outcomes.push_back(verified(check, photographer));
+    try {
+      outcomes.push_back(verified(check, photographer));
+    } catch (const Error& error) {
+      outcomes.push_back({.check = check.name,
+                          .kind = check.kind,
+                          .camera = check.camera_name,
+                          .failure = error.what()});
+      is_cut = true;
+    }
     print(verification_text(outcomes.back()));
+    if (is_cut) break;
   }
   std::vector<PlantedTrial> trials;
-  if (options.self_test) {
+  if (options.self_test && !is_cut) {
     const TrialProgress progress;
     trials = planted_trials(suite.checks, 0.01, photographer,
                             [&](double share) { progress.tell(share); });

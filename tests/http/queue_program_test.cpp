@@ -324,6 +324,11 @@ TEST_F(QueuePrograms, AWorkerSaysWhatItWaitsForAndGoesOn) {
 TEST_F(QueuePrograms, WrongOptionsOfAWorkerAreTold) {
   for (const std::vector<std::string>& wrong :
        {std::vector<std::string>{"--queue", "http://a", "--results", "http://a"},
+        {"--queue", "nats://", "--results", "http://a"},
+        {"--queue", "nats://127.0.0.1:99999", "--results", "http://a"},
+        {"--queue", "nats://127.0.0.1:0", "--results", "http://a"},
+        {"--queue", "nats://127.0.0.1:1/a", "--results", "http://a"},
+        {"--queue", "nats://127.0.0.1:1,", "--results", "http://a"},
         {"--queue", "nats://127.0.0.1:1", "--results", "https://a"},
         {"--queue", "nats://127.0.0.1:1", "--results", "http://a", "--threads", "-1"},
         {"--queue", "nats://127.0.0.1:1", "--results", "http://a", "--attempts", "0"},

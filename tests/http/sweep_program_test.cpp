@@ -239,6 +239,7 @@ TEST_F(SweepProgram, RefusesWhatItCannotDo) {
       "camera": {"lens": {}}}})");
   folder_.write("other.json", recipe(3));
   folder_.write("file", "");
+  folder_.write("splice", R"({}, "axes": [])");
   for (const Case& wrong : std::initializer_list<Case>{
            {{"sweep", path("bad.json"), "--out", path("new")}, "#/axes/0"},
            {{"sweep", path("gone.json"), "--out", path("new")}, "#/base/scene"},
@@ -249,6 +250,7 @@ TEST_F(SweepProgram, RefusesWhatItCannotDo) {
            {{"sweep", path("recipe.json"), "--out", path("new"), "--resume"}, "holds none"},
            {{"sweep", path("other.json"), "--out", path("out")}, "holds another sweep"},
            {{"dataset", "--out", path("new")}, "--count"},
+           {{"dataset", "--count", "1", "--base", path("splice"), "--out", path("new")}, "JSON"},
            {{"dataset", "--count", "200000", "--out", path("new")}, "#/count"}}) {
     const Outcome outcome = run_fstop(wrong.arguments);
     EXPECT_EQ(outcome.exit_code, 2) << outcome.output << outcome.errors;

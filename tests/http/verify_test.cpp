@@ -81,9 +81,14 @@ TEST_F(Verify, SaysThatTheServerIsGone) {
     const TestServer server;
     gone = url(server);
   }
-  const Outcome outcome = run_fstop({"verify", "--suite", path("suite.json"), "--server", gone});
+  const Outcome outcome = run_fstop({"verify", "--suite", path("suite.json"), "--server", gone,
+                                     "--junit", path("gone.xml"), "--report", path("gone.html")});
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.errors.find(gone + " cannot be reached"), std::string::npos) << outcome.errors;
+  const std::string cause = gone + " cannot be reached";
+  for (const std::string& text :
+       {outcome.output, text_of_file(path("gone.xml")), text_of_file(path("gone.html"))}) {
+    EXPECT_NE(text.find(cause), std::string::npos) << text;
+  }
   for (const char* wrong : {"ftp://127.0.0.1", "127.0.0.1:8080", "http://", "https://127.0.0.1"}) {
     const Outcome refused = run_fstop({"verify", "--server", wrong});
     EXPECT_EQ(refused.exit_code, 2) << wrong;
