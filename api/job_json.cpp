@@ -82,6 +82,7 @@ std::string limits_json(const Limits& limits, double backlog_s) {
                         {"request_bytes", limits.sweep_bytes},
                         {"predicted_s", seconds(limits.sweep_time)},
                         {"queued", limits.queued_sweeps}}},
+                      {"composite_layers", limits.composite_layers},
                       {"backlog_s", number_json(backlog_s)}};
   return json_text(value);
 }

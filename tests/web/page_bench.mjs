@@ -4,6 +4,7 @@
 import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { cpus, loadavg } from "node:os";
 import { join } from "node:path";
+import { setTimeout as sleep } from "node:timers/promises";
 import { start_browser, start_server } from "./served_page.mjs";
 
 const kChanges = 40;
@@ -11,6 +12,8 @@ const kPause_ms = 400; // a change comes while the picture of the last is being 
 const kOpening_ms = 120_000;
 const kSettling_ms = 3000;
 const kDrag_ms = 10_000;
+const kSweep_ms = 3000; // there and back
+const kMove_ms = 16; // a mouse's pace, as pages hear of it
 const kLongTask_ms = 50;
 const kFrame_ms = 1000 / 60;
 
@@ -112,10 +115,15 @@ async function drag(browser, page, file) {
   });
   await page.evaluate(forget);
   const start_ms = Date.now();
-  for (let i = 0; Date.now() - start_ms < kDrag_ms; ++i) {
-    await page.mouse.move(x + 0.3 * box.width * Math.sin(i / 40), y);
-    await page.waitForTimeout(8);
+  // A hand does not wait for the page: moves come at a steady pace, to and fro.
+  const moves = [];
+  for (let at_ms = 0; at_ms < kDrag_ms; at_ms = Date.now() - start_ms) {
+    const turns = at_ms / kSweep_ms;
+    const share = 2 * Math.abs(turns - Math.floor(turns + 0.5)); // 0 to 1 to 0
+    moves.push(page.mouse.move(x + 0.6 * box.width * (share - 0.5), y));
+    await sleep(kMove_ms);
   }
+  await Promise.all(moves);
   const seconds = (Date.now() - start_ms) / 1000;
   const seen = await page.evaluate(() => globalThis.seen);
   await browser.stopTracing();

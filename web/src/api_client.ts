@@ -19,7 +19,8 @@ export interface RenderedImage {
   error: ReadonlyMap<string, number>; // estimate, upper_95
   picture: Blob;
   round_trip_ms: number;
-  timings_ms: ReadonlyMap<string, number>;
+  timings_ms: ReadonlyMap<string, number>; // empty of what the server had already, and of jobs
+  was_job?: boolean; // was waited for as a job
 }
 
 export type Fetch = (input: URL, init: RequestInit) => Promise<Response>;
@@ -51,7 +52,8 @@ export class ApiClient {
     const call = post_of(request, `image/${format}, application/problem+json`);
     const headers = tell ? { ...call.headers, Prefer: "respond-async" } : call.headers;
     let reply = await this.reply_("v1/renders", { ...call, headers, signal });
-    if (reply.status === 202) {
+    const was_job = reply.status === 202;
+    if (was_job) {
       const job = (await reply.json()) as Job;
       const send = (path: string, init: RequestInit): Promise<Response> => this.reply_(path, init);
       reply = await picture_of_job(job, send, signal, tell ?? (() => undefined));
@@ -64,6 +66,7 @@ export class ApiClient {
       picture,
       round_trip_ms: performance.now() - start_ms,
       timings_ms: timings_of(reply.headers.get("Server-Timing")),
+      was_job,
     };
   }
 

@@ -38,7 +38,7 @@ export class PicturePanel extends LitElement {
   /// The largest blur that counts as sharp; 0 where it is not known yet.
   @property({ attribute: false }) coc_limit_mm = 0;
   /// Sentences about the whole request, where no control can show them.
-  @property({ attribute: false }) messages: readonly string[] = [];
+  @property({ attribute: false, hasChanged: are_others }) messages: readonly string[] = [];
   /// Whether the picture is of older settings because the server refused the present ones.
   @property({ type: Boolean, reflect: true }) outdated = false;
 
@@ -282,6 +282,10 @@ export class PicturePanel extends LitElement {
   }
 }
 
+function are_others(texts: readonly string[], before: readonly string[] | undefined): boolean {
+  return texts.join("\n") !== before?.join("\n");
+}
+
 function legend(): TemplateResult {
   return html`<span class="legend"
     ><span class="key near"></span>blurred, near <span class="key sharp"></span>sharp
@@ -290,7 +294,8 @@ function legend(): TemplateResult {
 }
 
 /// A picture that the server had already says nothing of rendering.
-function time_text({ timings_ms, round_trip_ms }: RenderedImage): TemplateResult {
+function time_text({ timings_ms, round_trip_ms, was_job }: RenderedImage): TemplateResult {
+  if (was_job) return html`rendered as a job, here in <b>${duration(round_trip_ms)}</b>`;
   const render_ms = timings_ms.get("render");
   const rendered =
     render_ms === undefined ? "already rendered" : html`rendered in <b>${duration(render_ms)}</b>`;
