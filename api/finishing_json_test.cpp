@@ -64,12 +64,14 @@ TEST(Finishing, WhatIsReadMeansTheSameWhenItIsReadAgain) {
     const RenderRequest first = parsed(with(std::string(R"({"halftone": )") + halftone + "}"));
     EXPECT_EQ(parsed(first.normalised).normalised, first.normalised);
   }
-  const RenderRequest first = parsed(with(
-      "{}", R"({"samples": 16, "sampling": {"lens": "poisson-disc"}, "texture_width_px": 1})"));
+  const RenderRequest first = parsed(
+      with("{}", R"({"samples": 16, "sampling": {"lens": "poisson-disc"}, "texture_width_px": 1,
+                "texture_disc_share": 0.25})"));
   EXPECT_EQ(parsed(first.normalised).normalised, first.normalised);
   EXPECT_EQ(first.spec.quality.sampling.lens, SamplePattern::poisson_disc);
   EXPECT_EQ(first.spec.quality.sampling.pixel, SamplePattern::low_discrepancy);
   EXPECT_EQ(first.spec.quality.texture_width_px, 1.0);
+  EXPECT_EQ(first.spec.quality.texture_disc_share, 0.25);
 }
 
 TEST(Finishing, EachFaultIsToldAtItsMember) {
@@ -105,6 +107,8 @@ TEST(Finishing, EachFaultIsToldAtItsMember) {
       {"{}", R"({"samples": 16, "sampling": {"light": "jittered"}})", "#/quality/sampling/light",
        "unknown"},
       {"{}", R"({"texture_width_px": -1})", "#/quality/texture_width_px", "0 px to 64 px"},
+      {"{}", R"({"texture_disc_share": 0.6})", "#/quality/texture_disc_share", "0 to 0.5"},
+      {"{}", R"({"texture_disc_share": null})", "#/quality/texture_disc_share", "number"},
   };
   for (const Case& c : cases) {
     const FieldFault fault = fault_of(with(c.image, c.quality));

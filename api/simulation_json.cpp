@@ -231,6 +231,9 @@ QualitySpec read_quality(ObjectReader& quality, const Limits& limits) {
   read_sampling(quality, spec);
   spec.texture_width_px = quality.optional_number("texture_width_px", {0.0, 64.0});
   if (!spec.texture_width_px) quality.leave_out("texture_width_px");
+  const bool has_discs = quality.has("texture_disc_share");
+  spec.texture_disc_share = quality.number("texture_disc_share", {0.0, 0.5}, 0.0);
+  if (!has_discs) quality.leave_out("texture_disc_share");
   quality.reject_unread_members();
   return spec;
 }

@@ -137,6 +137,11 @@ BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
     inputs_.film = &film_;
     film_ = FilmPlaces(source.sensor.width, source.sensor.height, source.texture_width_px);
   }
+  if (source.samples_pupil && source.texture_disc_share > 0.0F) {
+    inputs_.pencil = &pencil_;
+    pencil_.width = source.texture_disc_share * static_cast<float>(2.0 * frame_.radius);
+    pencil_.vergence = static_cast<float>(frame_.vergence);
+  }
   // What no sample changes; Embree leaves it alone.
   packet_.mask.fill(source.mask);
   packet_.instance.fill(kNoHit);
@@ -187,6 +192,12 @@ FSTOP_KERNEL std::uint64_t BlockTracer::trace_any(std::uint32_t index,
   if (inputs_.film != nullptr) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       film_.set(k, pixel_left_[k] + traced.jitter_x[k], pixel_top_[k] + traced.jitter_y[k]);
+    }
+  }
+  if (inputs_.pencil != nullptr) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      pencil_.cosines[k] = packet.dir_x[k] * forward_.x + packet.dir_y[k] * forward_.y +
+                           packet.dir_z[k] * forward_.z;
     }
   }
   shade(inputs_, packet, valid_, traced.colors, rays);

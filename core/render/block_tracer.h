@@ -25,6 +25,7 @@ struct SampleSource {
   Vec3f velocity = {};               // of the camera, m/s, over that time
   float certain_light = 0.0F;        // ShadingInputs::certain_light
   float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
+  float texture_disc_share = 0.0F;   // or this much of a blur disc, if that is wider
   std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
   Illumination illumination = Illumination::recursive;
   bool hides_background = false;  // where it is seen straight or through thin sheets alone
@@ -99,6 +100,7 @@ class BlockTracer {
   alignas(64) LaneFloats pixel_left_ = {};  // raster, pixels
   alignas(64) LaneFloats pixel_top_ = {};
   FilmPlaces film_ = {};
+  PencilWidths pencil_ = {};
   LaneSequence pixel_x_;
   LaneSequence pixel_y_;
   LaneSequence time_;

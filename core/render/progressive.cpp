@@ -161,6 +161,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .velocity = motion ? to_float(shot.camera.velocity) : Vec3f{},
           .certain_light = certain_light(shot),
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality)),
+          .texture_disc_share = static_cast<float>(shot.quality.texture_disc_share),
           .illumination = shot.illumination,
           .hides_background = shot.hides_background};
 }

@@ -242,12 +242,17 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
   double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += error_of_branches(shot, told);
   if (facts.averages_texels) {
+    const bool has_discs = spec.quality.texture_disc_share > 0.0;
+    const double width = texture_lookup_width(spec.quality);
     const double detail =
-        texture_detail_rmse(photograph.color, texture_lookup_width(spec.quality), run);
+        has_discs ? texture_detail_rmse(photograph.color, width, spec.quality.texture_disc_share,
+                                        geometry_layers(shot, run).coc)
+                  : texture_detail_rmse(photograph.color, width, run);
     report.model.push_back({.effect = "texture detail",
                             .modelled = false,
                             .bound = detail,
-                            .why = "each lookup averages " + width_text(spec.quality) + " px"});
+                            .why = "each lookup averages " + width_text(spec.quality) + " px" +
+                                   (has_discs ? " or its share of the blur disc" : "")});
     bias += detail;
   }
   if (outcome.shared) {

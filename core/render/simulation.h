@@ -48,7 +48,9 @@ struct QualitySpec {
   std::optional<int> samples = {};              // per pixel; overrides max_error
   PatternChoice sampling = {};                  // others than the default need `samples`
   std::optional<double> texture_width_px = {};  // of one lookup; absent: as max_error allows
-  std::int64_t most_samples = 2'000'000'000;    // over all pixels; max_error stops there, warned
+  /// Of a blur disc's diameter, that a lookup averages over where that is wider; 0 to 0.5.
+  double texture_disc_share = 0.0;
+  std::int64_t most_samples = 2'000'000'000;  // over all pixels; max_error stops there, warned
 };
 
 /// One photograph as it is asked for, the scene apart.

@@ -24,4 +24,9 @@ inline constexpr double kTextureDetailShare = 0.1;
 /// Noise in the image raises it: an upper estimate.
 double texture_detail_rmse(const Image& image, double width, const RunControl& run = {});
 
+/// The same where lookups average over `disc_share` of each pixel's blur disc, or `width` pixels
+/// if that is more. `coc`: signed diameters in pixels of what centre rays meet; a pixel counts by
+/// the widest disc that may reach it from 8 x 8 pixels about it and beyond.
+double texture_detail_rmse(const Image& image, double width, double disc_share, const Image& coc);
+
 }  // namespace fstop

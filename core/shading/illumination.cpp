@@ -300,6 +300,14 @@ FSTOP_KERNEL void shade_any(const ShadingInputs& in, const RayPacket& packet, co
   for (std::size_t k = 0; k < kLanes; ++k) {
     footprint[k] = in.footprint_rate * (path_length[k] + packet.far[k]);
   }
+  if (in.pencil != nullptr) {
+    const PencilWidths& pencil = *in.pencil;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const float depth = pencil.cosines[k] * (path_length[k] + packet.far[k]);
+      const float width = pencil.width * std::abs(1.0F - depth * pencil.vergence);
+      footprint[k] = std::max(footprint[k], width);
+    }
+  }
   if (in.scene.has_screen_maps()) place_on_film(in, packet, surfaces, footprint);
   if (in.scene.has_relief()) add_relief(in.scene, footprint, surfaces);
   SurfaceColors own(in, packet, footprint, surfaces);

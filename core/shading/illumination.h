@@ -31,12 +31,21 @@ struct alignas(64) FilmPlaces {
   float lookup_width = 0.0F;  // in uv, of a square of the same area
 };
 
+/// How wide the pencil of rays of a packet's pixels is where they meet a surface, times a share:
+/// width |1 - Z vergence| metres at the axial depth Z.
+struct alignas(64) PencilWidths {
+  LaneFloats cosines = {};  // of the rays to the axis
+  float width = 0.0F;       // at the pupil, metres
+  float vergence = 0.0F;    // of the focused plane, 1/metre
+};
+
 /// What the light at a packet's hits depends on beside the hits.
 struct ShadingInputs {
   const RayScene& scene;
   SampleSequence sequence;  // chooses points of area lights
   SampleKeys keys = {};
   float footprint_rate = 0.0F;  // width that a texture lookup averages over, per metre of path
+  const PencilWidths* pencil = nullptr;  // lookups are as wide as this at least; null: no share
   /// Light that adds less than this to every lane of a packet is traced as rarely as it is dim, and
   /// counted as much more: unbiased, and with fewer shadow rays. 0: all light is traced.
   float certain_light = 0.0F;

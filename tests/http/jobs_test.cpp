@@ -237,7 +237,7 @@ TEST(Deadlines, WorkWhoseTimeRanOutIsDroppedBeforeItBegins) {
   ASSERT_TRUE(late);
   EXPECT_EQ(late->status, 504) << late->body;
   EXPECT_TRUE(has(late->body, "/problems/deadline"));
-  const std::string job = server.job(3, {{"Fstop-Deadline-Ms", "50"}});
+  const std::string job = server.job(3, {{"Fstop-Deadline-Ms", "1000"}});
   const auto state = [&] { return ask(server.server().port(), "GET", "/v1/jobs/" + job).body; };
   EXPECT_TRUE(eventually([&] { return has(state(), "\"state\":\"failed\""); }));
   EXPECT_TRUE(has(state(), "/problems/deadline")) << state();
