@@ -82,6 +82,7 @@ std::string to_json(const CellOrder& order) {
   } else {
     value["stored_request"] = order.stored_request;
   }
+  if (!order.part.empty()) value["part"] = order.part;
   return json_text(value);
 }
 
@@ -106,6 +107,7 @@ CellOrder parse_cell_order(std::string_view text, const Limits& limits) {
   order.index = static_cast<std::uint32_t>(root.integer("index", 0, kMostIndex));
   order.request = root.text("request", kMostTextBytes, "");
   order.stored_request = hash_of(root, "stored_request", false);
+  order.part = hash_of(root, "part", false);
   if (order.request.empty() == order.stored_request.empty() && root.clean())
     root.fault("must have one of request and stored_request");
   root.reject_unread_members();

@@ -16,7 +16,8 @@ struct CellFileRecord {
   std::uint64_t bytes = 0;
 };
 
-/// What a worker is told of a cell of a sweep: its request, or where that lies.
+/// What a worker is told of a cell of a sweep, or of a part of its picture: its request, or where
+/// that lies.
 struct CellOrder {
   std::string engine = {};  // that must make it: another one makes other bytes
   std::string scene = {};   // hash of the scene that it must find; empty: whatever it finds
@@ -25,6 +26,7 @@ struct CellOrder {
   std::uint32_t index = 0;
   std::string request = {};         // the text, byte by byte; empty: in the content store
   std::string stored_request = {};  // SHA-256 of a request that is too large for a message
+  std::string part = {};  // of a part: SHA-256 of the bytes of its PartOrder, in the content store
 };
 
 /// What became of a cell: files and a report, or a problem.

@@ -43,6 +43,10 @@ TEST(CellJson, OrdersComeBackByteByByte) {
   EXPECT_EQ(back.stored_request, "");
   const CellOrder large{.engine = "fstop/1", .sweep = kHash, .index = 0, .stored_request = kHash};
   EXPECT_EQ(parse_cell_order(to_json(large), Limits{}).stored_request, kHash);
+  EXPECT_EQ(parse_cell_order(to_json(large), Limits{}).part, "") << "of the whole cell";
+  CellOrder part = order;
+  part.part = std::string(64, 'd');
+  EXPECT_EQ(parse_cell_order(to_json(part), Limits{}).part, part.part);
 }
 
 TEST(CellJson, OrdersNameTheFilesOfTheirScenes) {
@@ -96,6 +100,7 @@ TEST(CellJson, ForeignOrdersAreRefusedWhereTheyAreWrong) {
             "#"},
            {R"({"engine":"e","sweep":"s","index":1,"stored_request":"../../etc"})",
             "#/stored_request"},
+           {R"({"engine":"e","sweep":"s","index":1,"request":"{}","part":"x"})", "#/part"},
            {R"({"engine":"e","sweep":"s","index":1,"request":"{}","more":1})", "#/more"}})
     EXPECT_EQ(fault_of(parse_cell_order, text), pointer) << text;
 }

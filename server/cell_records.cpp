@@ -11,6 +11,8 @@
 namespace fstop::server {
 namespace {
 
+constexpr std::string_view kPart = ".p";
+
 template <typename Number>
 std::optional<Number> parsed(std::string_view text) {
   Number number = 0;
@@ -25,7 +27,19 @@ std::string cell_key(std::string_view sweep, std::uint32_t index) {
   return std::string(sweep) + "." + std::to_string(index);
 }
 
+std::string part_key(std::string_view cell, std::string_view part_sha256) {
+  return std::string(cell).append(kPart).append(part_sha256);
+}
+
+std::string order_key(const api::CellOrder& order) {
+  const std::string cell = cell_key(order.sweep, order.index);
+  return order.part.empty() ? cell : part_key(cell, order.part);
+}
+
 std::optional<std::uint32_t> cell_index(std::string_view key) {
+  const std::size_t part = key.rfind(kPart);
+  if (part != std::string_view::npos && api::is_sha256(key.substr(part + kPart.size())))
+    key = key.substr(0, part);
   const std::size_t dot = key.rfind('.');
   if (dot == std::string_view::npos || dot == 0) return std::nullopt;
   return parsed<std::uint32_t>(key.substr(dot + 1));

@@ -5,13 +5,19 @@
 #include <string>
 #include <string_view>
 
+#include "api/cell_json.h"
 #include "server/sweep_cells.h"
 
 namespace fstop::server {
 
 /// What a cell is called in the queue and its tables: "SWEEP.INDEX".
 std::string cell_key(std::string_view sweep, std::uint32_t index);
-/// The index of a cell called `key`; nothing for what is no such name.
+/// What a part of it is called there: "SWEEP.INDEX.pHASH", by the hash of its PartOrder.
+std::string part_key(std::string_view cell, std::string_view part_sha256);
+/// What an order is called: of a cell or of a part of one.
+std::string order_key(const api::CellOrder& order);
+/// The index of the cell whose order, or a part's, is called `key`; nothing for what is no such
+/// name.
 std::optional<std::uint32_t> cell_index(std::string_view key);
 
 /// A whole number at least 0; 0 for a text that is none.

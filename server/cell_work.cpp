@@ -102,6 +102,25 @@ CellOutcome make_cell(const SweepCell& cell, const CellTools& tools, ContentStor
   }
 }
 
+CellOutcome make_part(const SweepCell& cell, std::string_view order, const CellTools& tools,
+                      ContentStore& store, std::stop_token stop) {
+  try {
+    const api::RenderRequest request =
+        api::parse_render_request(cell.request, tools.limits, tools.scenes.names());
+    const CellScenes::Ready ready = tools.scenes.scene(request);
+    const PartOrder part = part_order_of(order);
+    const std::string bytes =
+        bytes_of(traced_part(cell_spec(request), *ready.scene, part,
+                             {.stop = std::move(stop), .workers = &tools.workers}),
+                 part);
+    return {.index = cell.index,
+            .files = {{.name = "part.bin", .sha256 = store.put(bytes), .bytes = bytes.size()}}};
+  } catch (const Error& error) {
+    if (auto failed = failed_cell(cell, error)) return *std::move(failed);
+    throw;
+  }
+}
+
 void LocalCellMaker::make(const std::vector<SweepCell>& cells, const Listener& listener,
                           std::stop_token stop) {
   std::stop_source ended;  // by the caller, or by a lane that failed

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 #include "api/limits.h"
 #include "api/render_request.h"
@@ -61,6 +62,11 @@ struct CellTools {
 ///         ContentStore::put.
 CellOutcome make_cell(const SweepCell& cell, const CellTools& tools, ContentStore& store,
                       std::stop_token stop = {});
+
+/// Traces the part of a cell's picture that `order`, the bytes of a PartOrder, asks for, and puts
+/// it into `store` as the outcome's one file. Throws: as make_cell.
+CellOutcome make_part(const SweepCell& cell, std::string_view order, const CellTools& tools,
+                      ContentStore& store, std::stop_token stop = {});
 
 /// The layers to render for a cell's files.
 SimulationSpec cell_spec(const api::RenderRequest& request);

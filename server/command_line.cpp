@@ -22,6 +22,8 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kRefused = 2;
+constexpr const char* kSplitHelp =
+    "predicted processor time above which many workers of the queue make one cell; 0: never";
 
 struct CommandLine {
   CLI::App app{"fstop: simulates what a camera's optics do to light", "fstop"};
@@ -119,6 +121,7 @@ void add_serve(CommandLine& line) {
       "--ack-wait-s", options.ack_wait_s,
       "that a worker of the queue may be silent before its cell goes to another; 30 "
       "where nobody has said");
+  command->add_option("--split-cpu-s", options.split_cpu_s, kSplitHelp)->capture_default_str();
   command->add_option("--memory-mib", options.memory_mib, "of results, in memory")
       ->capture_default_str();
   for (const std::string& name : option_names(*command))
@@ -210,6 +213,8 @@ void add_sweep_options(CLI::App* command, SweepOptions& options) {
                       "nats://host[:port]: made by fstop worker there, instead of here");
   command->add_option("--results", options.remote.results, "of those workers: http://host[:port]");
   command->add_option("--token-file", options.remote.token_file, "of that server");
+  command->add_option("--split-cpu-s", options.remote.split_cpu_s, kSplitHelp)
+      ->capture_default_str();
 }
 
 void add_sweep(CommandLine& line) {

@@ -40,6 +40,7 @@ struct RemotePlace {
   std::string queue = {};       // nats://...; empty: they are made here
   std::string results = {};     // http://..., where the workers put files
   std::string token_file = {};  // of that server; empty for none
+  double split_cpu_s = kSplitCpuSeconds;
 };
 
 struct SweepOptions {

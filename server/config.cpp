@@ -121,6 +121,10 @@ std::string secret_of(const std::string& file, const std::string& option) {
 std::filesystem::path bundled_scenes() { return shipped_folder("scenes", "core/scenes"); }
 std::filesystem::path bundled_web_page() { return shipped_folder("web", "web/dist"); }
 
+void require_split_cpu_s(double split_cpu_s) {
+  require(split_cpu_s >= 0.0 && split_cpu_s <= 1e9, "--split-cpu-s: must be 0 to 1e9 s");
+}
+
 ServerConfig checked(const ServeOptions& options) {
   ServerConfig config;
   config.address = options.address == "localhost" ? "127.0.0.1" : options.address;
@@ -153,6 +157,7 @@ ServerConfig checked(const ServeOptions& options) {
           "--queue: needs --data-dir, where the workers' files go");
   require(!options.ack_wait_s || (*options.ack_wait_s >= 0.5 && *options.ack_wait_s <= 3600.0),
           "--ack-wait-s: must be 0.5 to 3600");
+  require_split_cpu_s(options.split_cpu_s);
   refuse_file("--data-dir", options.data_dir);
   refuse_file("--scenes-dir", options.scenes_dir);
   refuse_file("--web-root", options.web_root);
@@ -171,6 +176,7 @@ ServerConfig checked(const ServeOptions& options) {
                                                             : fs::path(options.scenes_dir));
   config.queue = options.queue;
   if (options.ack_wait_s) config.ack_wait = milliseconds(*options.ack_wait_s);
+  config.split_cpu_s = options.split_cpu_s;
   config.worker_program = worker_beside();
   config.probe_port = options.probe_port;
   config.limits.concurrent_renders = options.concurrent_renders;

@@ -11,6 +11,10 @@
 
 namespace fstop::server {
 
+/// Predicted processor time of a cell above which its picture is traced by many workers, unless
+/// the operator says another.
+inline constexpr double kSplitCpuSeconds = 120.0;
+
 /// What `fstop serve` is told.
 struct ServeOptions {
   std::string address = "127.0.0.1";
@@ -35,8 +39,9 @@ struct ServeOptions {
   std::int64_t memory_mib = 512;
   std::string queue = {};  // nats://...: cells of sweeps are made by workers elsewhere
   std::optional<double> ack_wait_s =
-      {};                        // that a worker may be silent; absent: as the queue has it
-  std::string config_file = {};  // read before the rest
+      {};  // that a worker may be silent; absent: as the queue has it
+  double split_cpu_s = kSplitCpuSeconds;  // 0: every cell is made by one worker
+  std::string config_file = {};           // read before the rest
 };
 
 /// The same, checked and filled.
@@ -57,6 +62,7 @@ struct ServerConfig {
   std::filesystem::path file_folder = {};    // of their files
   std::string queue = {};                    // nats://...; empty: cells are made here
   std::optional<std::chrono::milliseconds> ack_wait = {};
+  double split_cpu_s = kSplitCpuSeconds;
   std::string web_root = {};
   std::vector<std::filesystem::path> scene_folders = {};  // the earlier goes first
   api::Limits limits = {};
@@ -67,6 +73,9 @@ struct ServerConfig {
 ///         that is a file or cannot be written to, a number out of range, an origin or a host that
 ///         is none; Error{io_failure} for a file that cannot be read.
 ServerConfig checked(const ServeOptions& options);
+
+/// Throws: Error{invalid_request} unless --split-cpu-s is 0 to 1e9.
+void require_split_cpu_s(double split_cpu_s);
 
 /// The secret on the first line of `file`: 16 to 4096 visible ASCII characters. `option`: for the
 /// message. Throws: as checked().

@@ -87,6 +87,11 @@ std::optional<std::string> ContentFolder::get(std::string_view sha256) {
   return bytes;
 }
 
+void ContentFolder::remove(std::string_view sha256) noexcept {
+  std::error_code ignored;
+  fs::remove(path_of(sha256), ignored);
+}
+
 void make_folder_durably(const fs::path& folder) {
   struct stat facts = {};
   if (::stat(folder.c_str(), &facts) == 0) {

@@ -19,6 +19,7 @@ class ContentFolder : public ContentStore {
 
   std::string put(std::string_view bytes) override;
   std::optional<std::string> get(std::string_view sha256) override;
+  void remove(std::string_view sha256) noexcept override;
   /// Where the bytes of `sha256` lie, or would.
   std::filesystem::path path_of(std::string_view sha256) const;
   /// Whether they are there, by their number: what is written is written whole.

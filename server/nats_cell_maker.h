@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/large_cells.h"
 #include "server/log.h"
 #include "server/nats_queue.h"
 #include "server/scene_orders.h"
@@ -18,7 +19,8 @@ namespace fstop::server {
 
 /// Makes cells by workers elsewhere: puts them into a queue and collects the outcomes that the
 /// workers record. What was recorded while nobody collected it is found; what is in the queue
-/// already is not put there again.
+/// already is not put there again. Large cells are made beside the others, one at a time, each by
+/// many workers.
 class NatsCellMaker : public CellMaker {
  public:
   struct Services {
@@ -32,6 +34,8 @@ class NatsCellMaker : public CellMaker {
     /// Whether cells stay in the queue where `stop` is requested now: of a server that ends and
     /// will come again. Absent: they do not.
     std::function<bool()> leaves_cells = {};
+    /// Makes those cells that are too large for one worker; null: none is.
+    const LargeCells* large = nullptr;
   };
   explicit NatsCellMaker(Services services) : services_(std::move(services)) {}
 

@@ -33,7 +33,7 @@ class Delivery {
   Delivery& operator=(Delivery&&) noexcept;
 
   std::string_view text() const;
-  /// The last two parts of its subject: whose cell it is, whatever the text says.
+  /// Its subject without what all have in common: whose cell or part it is, whatever the text says.
   std::string key() const;
   /// A sign of life. Lost where the queue is not reached.
   void in_progress() noexcept;

@@ -26,6 +26,7 @@ class PatientStore : public ContentStore {
 
   std::string put(std::string_view bytes) override;
   std::optional<std::string> get(std::string_view sha256) override { return store_.get(sha256); }
+  void remove(std::string_view sha256) noexcept override { store_.remove(sha256); }
 
  private:
   ContentStore& store_;

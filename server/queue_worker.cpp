@@ -203,7 +203,7 @@ void QueueWorker::serve(Delivery& delivery) {
   const AtEnd silence([this] { heartbeat_.reset(); });  // before the delivery goes
   try {
     const api::CellOrder order = api::parse_cell_order(delivery.text(), api::Limits{});
-    if (cell_key(order.sweep, order.index) != key)
+    if (order_key(order) != key)
       throw api::InvalidRequest(api::FieldFault{"#", "is not the cell that its subject names"});
     attempt(delivery, order);
   } catch (const api::InvalidRequest& invalid) {
@@ -214,7 +214,7 @@ void QueueWorker::serve(Delivery& delivery) {
 }
 
 void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
-  const std::string key = cell_key(order.sweep, order.index);
+  const std::string key = order_key(order);
   if (order.engine != api::engine_version())
     return leave_to_others(delivery, "a worker of " + order.engine);
   const bool is_first =
@@ -240,7 +240,7 @@ void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
       uncount_attempt(key);
       return leave_to_others(delivery, "a worker that has the scene of cell " + key);
     }
-    outcome = services_.make_cell(cell, store, abandon_);
+    outcome = made(cell, order, store);
     record(key, *outcome);
   } catch (const std::exception& exception) {
     if (abandon_.stop_requested()) {
@@ -261,6 +261,14 @@ void QueueWorker::attempt(Delivery& delivery, const api::CellOrder& order) {
 void QueueWorker::leave_to_others(Delivery& delivery, const std::string& whom) {
   give_back(delivery, kForOthers);
   patience_.wait(whom, "this one would make other bytes", stop_);
+}
+
+CellOutcome QueueWorker::made(const SweepCell& cell, const api::CellOrder& order,
+                              ContentStore& store) {
+  if (order.part.empty()) return services_.make_cell(cell, store, abandon_);
+  const auto part = store.get(order.part);
+  if (!part) throw Error(ErrorCode::not_found, "its order is not in the results store");
+  return services_.make_part(cell, *part, store, abandon_);
 }
 
 std::string QueueWorker::request_of(const api::CellOrder& order, ContentStore& store) {

@@ -38,9 +38,10 @@ class QueuePatience {
   static constexpr std::chrono::milliseconds kFirstPause{100};
 };
 
-/// Takes cells from a queue, one at a time, and makes them. A cell leaves the queue only once its
-/// outcome is recorded and the files of that lie in the store; whatever ends this process before
-/// gives the cell to another. Cells that end their worker again and again are recorded as failed.
+/// Takes cells, and parts of large ones, from a queue, one at a time, and makes them. A cell leaves
+/// the queue only once its outcome is recorded and the files of that lie in the store; whatever
+/// ends this process before gives the cell to another. Cells that end their worker again and again
+/// are recorded as failed.
 class QueueWorker {
  public:
   struct Services {
@@ -50,8 +51,12 @@ class QueueWorker {
     /// As server/cell_work.h: make_cell.
     std::function<CellOutcome(const SweepCell&, ContentStore&, std::stop_token)> make_cell;
     /// Whether this program has the scene of the order, or has fetched it from the store: then
-    /// the next make_cell is of this cell.
+    /// the next make_cell or make_part is of this cell.
     std::function<bool(const SweepCell&, const api::CellOrder&, ContentStore&)> has_scene;
+    /// As server/cell_work.h: make_part.
+    std::function<CellOutcome(const SweepCell&, std::string_view order, ContentStore&,
+                              std::stop_token)>
+        make_part = {};
   };
   struct Options {
     std::string name = {};   // among workers: letters, digits, - and _
@@ -75,6 +80,7 @@ class QueueWorker {
   void give_back(Delivery& delivery, std::chrono::milliseconds delay);
   void attempt(Delivery& delivery, const api::CellOrder& order);
   void leave_to_others(Delivery& delivery, const std::string& whom);
+  CellOutcome made(const SweepCell& cell, const api::CellOrder& order, ContentStore& store);
   static std::string request_of(const api::CellOrder& order, ContentStore& store);
   int counted_attempt(const std::string& key);
   void uncount_attempt(const std::string& key);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <unistd.h>
 
@@ -113,6 +114,12 @@ int queue_worker(const QueueWorkerOptions& options) {
            [&](const SweepCell& cell, const api::CellOrder& order, ContentStore& files) {
              chosen = scenes.with(cell, order, files);
              return chosen != nullptr;
+           },
+       .make_part =
+           [&](const SweepCell& cell, std::string_view order, ContentStore& files,
+               std::stop_token stop) {
+             const CellTools tools{.limits = limits, .scenes = *chosen, .workers = pool};
+             return make_part(cell, order, tools, files, std::move(stop));
            }},
       {.name = name, .most_attempts = options.attempts, .store = store.address()});
   log.event("working", {{"queue", queue.address()},

@@ -6,8 +6,10 @@
 
 #include "api/limits.h"
 #include "api/scene_store.h"
+#include "server/cell_work.h"
 #include "server/commands.h"
 #include "server/content_folder.h"
+#include "server/cost_model.h"
 #include "server/http_file_store.h"
 #include "server/log.h"
 #include "server/nats_queue.h"
@@ -20,15 +22,22 @@ namespace fstop::server {
 /// store is fetched into a folder.
 class RemoteCells : public CellMaker {
  public:
+  /// What cells too large for one worker are made with, and from what cost on they are.
+  struct Splitting {
+    CellTools tools;
+    const CostModel& costs;
+    double cpu_s = 0.0;  // LargeCells::Services::split_cpu_s
+  };
   /// Throws: as NatsQueue, HttpFileStore and secret_of.
   RemoteCells(const RemotePlace& place, ContentFolder& files, const api::SceneStore& scenes,
-              const api::Limits& limits);
+              const Splitting& splitting);
   /// Waits for room in the folder, too. Throws: as NatsCellMaker::make, but for a full disk.
   void make(const std::vector<SweepCell>& cells, const Listener& listener,
             std::stop_token stop) override;
 
  private:
   ContentFolder& files_;
+  Splitting splitting_;
   Log log_;
   HttpFileStore store_;
   NatsQueue queue_;
@@ -44,6 +53,9 @@ class ServedCells : public CellMaker {
     const api::SceneStore& scenes;
     const api::Limits& limits;
     Log& log;
+    WorkerPool& workers;                // of what this process does of large cells
+    const CostModel& costs;             // from which on
+    double split_cpu_s;                 // they are large: LargeCells::Services
     const std::atomic<bool>& draining;  // then cells stay in the queue: the next server goes on
   };
   explicit ServedCells(const Services& services) : services_(services) {}

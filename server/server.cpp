@@ -191,6 +191,9 @@ std::function<std::unique_ptr<CellMaker>(ContentFolder&)> Server::elsewhere() {
                                                                .scenes = store_,
                                                                .limits = config_.limits,
                                                                .log = log_,
+                                                               .workers = pool_,
+                                                               .costs = costs_,
+                                                               .split_cpu_s = config_.split_cpu_s,
                                                                .draining = draining_});
   };
 }

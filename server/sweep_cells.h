@@ -43,6 +43,8 @@ class ContentStore {
   virtual std::string put(std::string_view bytes) = 0;
   /// Nothing if it is not there or not whole. Throws: Error{io_failure}.
   virtual std::optional<std::string> get(std::string_view sha256) = 0;
+  /// Frees the room of bytes that nobody needs any more, where this store can.
+  virtual void remove(std::string_view /*sha256*/) noexcept {}
 };
 
 /// Makes cells: with this process's threads, or by workers elsewhere.

@@ -49,6 +49,7 @@ void print(const std::string& text) {
 void require_sweep(const SweepOptions& options) {
   if (options.remote.queue.empty() != options.remote.results.empty())
     throw Error(ErrorCode::invalid_request, "--queue and --results go together");
+  require_split_cpu_s(options.remote.split_cpu_s);
   if (options.out.empty() && !options.dry_run)
     throw Error(ErrorCode::invalid_request, "--out must name a folder");
   if (options.resume && !SweepRun::is_in(options.out)) {
@@ -71,8 +72,9 @@ int run_sweep(const std::string& recipe, const fs::path& folder, const SweepOpti
   const std::vector<std::string> hashes = scene_hashes(sweep, scenes);
   const std::string id = api::sweep_id(sweep, hashes);
   WorkerPool pool(options.threads);
-  const std::string cost = api::sweep_cost_json(
-      id, sweep.cells.size(), predicted_cost(CostModel(pool.threads()), sweep, hashes));
+  const CostModel costs(pool.threads());
+  const std::string cost =
+      api::sweep_cost_json(id, sweep.cells.size(), predicted_cost(costs, sweep, hashes));
   if (is_dry) return print(cost), 0;
 
   ProgressLine line("sweep", true);
@@ -93,12 +95,15 @@ int run_sweep(const std::string& recipe, const fs::path& folder, const SweepOpti
     run.emplace(sweep, id, options.out, *files, true);
   };
   when_there_is_room(open, listener.waiting, stop.get_token());
+  const CellTools tools{.limits = limits, .scenes = scenes, .workers = pool};
   std::unique_ptr<CellMaker> maker;
   if (options.remote.queue.empty()) {
-    maker = std::make_unique<LocalCellMaker>(
-        CellTools{.limits = limits, .scenes = scenes, .workers = pool}, *files);
+    maker = std::make_unique<LocalCellMaker>(tools, *files);
   } else {
-    maker = std::make_unique<RemoteCells>(options.remote, *files, store, limits);
+    maker = std::make_unique<RemoteCells>(
+        options.remote, *files, store,
+        RemoteCells::Splitting{
+            .tools = tools, .costs = costs, .cpu_s = options.remote.split_cpu_s});
   }
   const SweepRun::Summary summary = run->run(*maker, listener, stop.get_token());
   print(api::sweep_summary_json({.sweep = id,

@@ -9,8 +9,11 @@
 #include <optional>
 #include <utility>
 
+#include "core/error.h"
 #include "core/render/allocation.h"
 #include "core/render/light_tracing.h"
+#include "core/render/parts.h"
+#include "core/render/replicate_tracer.h"
 #include "core/render/sample_loop.h"
 #include "core/render/sharing.h"
 #include "core/render/splatted_light.h"
@@ -18,8 +21,6 @@
 namespace fstop {
 namespace {
 
-// Samples of a pixel between two looks at the stop token: a few milliseconds of work.
-constexpr std::uint32_t kVisit = 256;
 // Rounds aim a little below the target, so that one is mostly enough.
 constexpr double kAim = 0.94;
 
@@ -29,30 +30,28 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The picture under way: both replicates' sources and their film.
+// The picture under way: what traces it and its film.
 class Picture {
  public:
   Picture(const SampleSource& source, BlockGrid grid, const Shot& shot, const RunControl& run)
-      : patterns_{tables_of(shot, 0), tables_of(shot, 1)},
-        sources_{with_sequence(source, shot, 0), with_sequence(source, shot, 1)},
-        film_(std::move(grid)),
-        run_(run) {}
+      : tracer_(source, shot), parts_(shot.parts), film_(std::move(grid)), run_(run) {}
 
   ReplicateFilm& film() { return film_; }
   std::uint64_t rays() const { return rays_; }
   double samples() const { return samples_; }
   // Root mean square over samples of the weight of branches that were not followed.
   double cut_rmse() const {
-    const double sum = static_cast<double>(cut_squares_.load()) / kCutScale;
+    const double sum = static_cast<double>(cut_squares_.load()) / ReplicateTracer::kCutScale;
     return samples_ > 0.0 ? std::sqrt(sum / samples_) : 0.0;
   }
   double pixels() const { return static_cast<double>(film_.grid().width) * film_.grid().height; }
   double samples_per_ms() const { return samples_ / std::max(trace_ms_, 1e-3); }
 
-  // Traces what is missing to `counts`, but begins no tile after `deadline`; progress goes to `end`
-  // of the whole.
+  // Traces what is missing to `counts`, or has it traced, but begins no tile after `deadline`;
+  // progress goes to `end` of the whole.
   void trace(const BlockCounts& counts, double end,
              Clock::time_point deadline = Clock::time_point::max()) {
+    if (trace_in_parts(counts, end)) return;
     const Clock::time_point start = Clock::now();
     const double begin = progress_;
     std::atomic<int> done = 0;
@@ -107,57 +106,73 @@ class Picture {
   }
 
  private:
-  static constexpr std::uint32_t kSecondReplicate = 0x5eed0002U;
   struct Counted {
     std::uint64_t rays = 0;
     std::uint64_t samples = 0;
   };
 
-  static std::uint32_t seed_of(const Shot& shot, int replicate) {
-    return replicate == 0 ? shot.seed : hash_of(shot.seed, kSecondReplicate);
-  }
-  // A pattern is one of all samples that the replicate will have.
-  static std::optional<PatternTables> tables_of(const Shot& shot, int replicate) {
-    const QualitySpec& quality = shot.quality;
-    if (!quality.sampling.any() || !quality.samples) return {};
-    const int samples = (*quality.samples + 1 - replicate) / 2;
-    if (samples < 1) return {};
-    return PatternTables(quality.sampling, samples, seed_of(shot, replicate));
-  }
-  SampleSource with_sequence(SampleSource source, const Shot& shot, int replicate) const {
-    const auto& tables = patterns_[static_cast<std::size_t>(replicate)];
-    source.sequence = SampleSequence(seed_of(shot, replicate), tables ? &*tables : nullptr);
-    return source;
-  }
-
   Counted trace_block(int replicate, std::size_t block, const BlockCounts& counts) {
-    const std::uint32_t wanted = counts[static_cast<std::size_t>(replicate)][block];
-    std::uint32_t first = film_.samples(replicate, block);
-    if (first >= wanted) return {};
-    Counted counted;
-    BlockSums sums;
-    const std::uint32_t missing = wanted - first;
-    BlockTracer tracer(sources_[static_cast<std::size_t>(replicate)], film_.grid(), block);
-    for (; first < wanted; first += kVisit) {
-      if (run_.stop.stop_requested()) return counted;
-      counted.rays += tracer.trace(first, std::min(kVisit, wanted - first), sums);
-    }
-    film_.add(replicate, block, sums, missing);
-    cut_squares_ += static_cast<std::uint64_t>(std::llround(kCutScale * tracer.cut_squares()));
-    counted.samples = std::uint64_t{missing} * static_cast<unsigned>(film_.grid().pixels(block));
-    return counted;
+    const SampleRange samples{.first = film_.samples(replicate, block),
+                              .end = counts[static_cast<std::size_t>(replicate)][block]};
+    if (samples.first >= samples.end) return {};
+    const auto traced = tracer_.trace(replicate, film_.grid(), block, samples, run_.stop);
+    if (!traced.is_whole) return {};
+    const std::uint32_t missing = samples.end - samples.first;
+    film_.add(replicate, block, traced.sums, missing);
+    cut_squares_ += traced.cut_squares;
+    return {.rays = traced.rays,
+            .samples = std::uint64_t{missing} * static_cast<unsigned>(film_.grid().pixels(block))};
   }
 
-  std::array<std::optional<PatternTables>, kReplicates> patterns_;
-  std::array<SampleSource, kReplicates> sources_;
+  // Whether others have traced all that was missing.
+  bool trace_in_parts(const BlockCounts& counts, double end) {
+    if (parts_.tracer == nullptr) return false;
+    const auto missing = static_cast<double>(missing_samples(film_, counts));
+    const int count = parts_.tracer->parts(missing);
+    if (count < 1) return false;
+    std::vector<PartOrder> orders = parts_of(film_, counts, count);
+    for (PartOrder& order : orders) {
+      order.method = parts_.method;
+      order.sharp_samples = parts_.sharp_samples;
+    }
+    const double begin = progress_;
+    std::size_t done = 0;
+    const auto take = [&](std::size_t number, const TracedPart& part) {
+      add(orders.at(number), part);
+      report(begin +
+             (end - begin) * static_cast<double>(++done) / static_cast<double>(orders.size()));
+    };
+    parts_.tracer->trace(orders, take, run_);
+    throw_if_stopped(run_);
+    samples_ += missing;
+    progress_ = end;
+    return true;
+  }
+
+  void add(const PartOrder& order, const TracedPart& part) {
+    if (part.sums.size() != order.sums())
+      throw Error(ErrorCode::internal, "a part is not what was ordered");
+    auto sums = part.sums.begin();
+    for (std::size_t i = 0; i < order.blocks(); ++i) {
+      for (int r = 0; r < kReplicates; ++r) {
+        const SampleRange& range = order.samples[static_cast<std::size_t>(r)][i];
+        if (range.first >= range.end) continue;
+        film_.add(r, order.first_block + i, sums->block_sums(), range.end - range.first);
+        ++sums;
+      }
+    }
+    rays_ += part.rays;
+    cut_squares_ += part.cut_squares;
+  }
+
+  ReplicateTracer tracer_;
+  PictureParts parts_;
   ReplicateFilm film_;
   const RunControl& run_;
   std::uint64_t rays_ = 0;
   double samples_ = 0.0;
-  // In whole numbers, so that the sum does not depend on the order of tiles.
-  static constexpr double kCutScale = 0x1p30;
-  std::atomic<std::uint64_t> cut_squares_ = 0;
-  double trace_ms_ = 0.0;  // spent in trace()
+  std::atomic<std::uint64_t> cut_squares_ = 0;  // ReplicateTracer::Traced
+  double trace_ms_ = 0.0;                       // spent in trace()
   double progress_ = 0.0;
   std::mutex mutex_;
   double reported_ = 0.0;
@@ -379,6 +394,7 @@ double most_paths(const ReplicateFilm& film) {
 
 RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
                                   const AdaptiveMeans& means, const RunControl& run) {
+  if (shot.part != nullptr) return {.part = ReplicateTracer(source, shot).trace(*shot.part, run)};
   BlockGrid grid(source.sensor.width, source.sensor.height);
   if (means.interleaved != nullptr) grid.interleaved = *means.interleaved;
   Picture picture(source, std::move(grid), shot, run);

@@ -9,6 +9,7 @@ namespace fstop {
 class LensSampling : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "lens-sampling"; }
+  bool traces_in_parts() const noexcept override { return true; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
   RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
                        const RunControl& run) const override;
@@ -19,6 +20,7 @@ class LensSampling : public RenderMethod {
 class LensReconstruction : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "lens-reconstruction"; }
+  bool traces_in_parts() const noexcept override { return true; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
   RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
                        const RunControl& run) const override;
@@ -29,6 +31,7 @@ class LensReconstruction : public RenderMethod {
 class BokehSplatting : public RenderMethod {
  public:
   std::string_view name() const noexcept override { return "bokeh-splatting"; }
+  bool traces_in_parts() const noexcept override { return true; }
   Quote quote(const Shot& shot, const ShotFacts& facts) const override;
   RenderOutcome render(const Shot& shot, const ShotFacts& facts, double bias,
                        const RunControl& run) const override;

@@ -11,9 +11,17 @@
 #include "core/camera/camera.h"
 #include "core/film/film.h"
 #include "core/parallel.h"
+#include "core/render/parts.h"
 #include "core/render/simulation.h"
 
 namespace fstop {
+
+/// Who traces a picture's rounds elsewhere, and what that picture is called there.
+struct PictureParts {
+  PartTracer* tracer = nullptr;     // null: nobody
+  std::string method = {};          // PartOrder::method
+  std::uint32_t sharp_samples = 0;  // PartOrder::sharp_samples
+};
 
 /// A request made ready: what methods work on.
 struct Shot {
@@ -26,6 +34,9 @@ struct Shot {
   std::uint32_t seed = 0;
   bool hides_background = false;  // as SampleSource
   bool wants_variance = false;    // the outcome's image of it is asked for
+  PictureParts parts = {};
+  /// Of methods that trace in parts: the outcome is this part of the picture, and nothing else.
+  const PartOrder* part = nullptr;
   // max_time_ms counts from here.
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
@@ -118,6 +129,7 @@ struct RenderOutcome {
   std::uint64_t carried_paths = 0;
   double carried_rms = 0.0;
   bool splats_emitters = false;  // small bright emitters were splatted, not left to samples
+  TracedPart part = {};          // Shot::part
   std::vector<std::string> warnings = {};
 };
 
@@ -126,6 +138,8 @@ class RenderMethod {
  public:
   virtual ~RenderMethod() = default;
   virtual std::string_view name() const noexcept = 0;
+  /// Whether the picture is made of samples that others may trace: Shot::parts and Shot::part.
+  virtual bool traces_in_parts() const noexcept { return false; }
   virtual Quote quote(const Shot& shot, const ShotFacts& facts) const = 0;
   /// Renders until the noise, joined with `bias` (RMSE of what is left out), keeps the shot's
   /// quality. Same seed, same pixels, whatever the thread count. Throws: Error{cancelled}.

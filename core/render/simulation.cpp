@@ -61,6 +61,7 @@ Shot shot_of(const SimulationSpec& spec, const RayScene* scene) {
 Image all_in_focus(const Shot& shot, int samples, const RunControl& run) {
   Shot sharp = shot;
   sharp.quality.samples = samples;
+  sharp.parts.sharp_samples = static_cast<std::uint32_t>(samples);
   return PinholeTrace().render(sharp, {}, 0.0, run).color;
 }
 
@@ -197,9 +198,15 @@ double falloff_rmse(const Shot& shot, const Image& image, const RunControl& run)
                    (3.0 * image.width() * image.height()));
 }
 
+// Whether, beside the method, nothing keeps the picture together.
+bool may_be_in_parts(const SimulationSpec& spec) {
+  return !spec.quality.max_time_ms && !wants(spec, Output::alpha);
+}
+
 // All but alpha.
-Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
-  const Shot shot = shot_of(spec, &scene);
+Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const RunControl& run,
+                        PartTracer* parts) {
+  Shot shot = shot_of(spec, &scene);
   if ((scene.moves() || spec.camera.velocity != Vec3{}) &&
       spec.camera.shutter_seconds > kLongestShutter && spec.effects.motion != EffectChoice::off) {
     throw Error(
@@ -209,6 +216,8 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
   const ShotFacts facts = facts_of(shot, run);
   MethodPlan plan = planned_method(render_methods(), shot, facts);
+  if (plan.method->traces_in_parts() && may_be_in_parts(spec))
+    shot.parts = {.tracer = parts, .method = std::string(plan.method->name())};
 
   const double expected_detail =
       facts.averages_texels ? kTextureDetailShare * spec.quality.max_error : 0.0;
@@ -331,12 +340,13 @@ RunControl part_of(const RunControl& run, double begin, double end) {
 
 }  // namespace
 
-Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
-  if (!wants(spec, Output::alpha)) return photographed(spec, scene, run);
+Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run,
+                    PartTracer* parts) {
+  if (!wants(spec, Output::alpha)) return photographed(spec, scene, run, parts);
   constexpr double kShare = 0.5;  // of time and progress, for each of colour and alpha
   SimulationSpec half = spec;
   if (half.quality.max_time_ms) *half.quality.max_time_ms *= kShare;
-  Photograph photograph = photographed(half, scene, part_of(run, 0.0, kShare));
+  Photograph photograph = photographed(half, scene, part_of(run, 0.0, kShare), nullptr);
   RenderReport& report = photograph.report;
   RunControl rest = part_of(run, kShare, 1.0);
   rest.preview = {};
@@ -346,6 +356,33 @@ Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const Run
   report.cost.rays += covered.rays;
   if (covered.missed_target) report.warnings.push_back("alpha's bound is above max_error");
   return photograph;
+}
+
+bool is_made_in_parts(const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
+  if (!may_be_in_parts(spec)) return false;
+  const Shot shot = shot_of(spec, &scene);
+  return planned_method(render_methods(), shot, facts_of(shot, run)).method->traces_in_parts();
+}
+
+TracedPart traced_part(const SimulationSpec& spec, const RayScene& scene, const PartOrder& order,
+                       const RunControl& run) {
+  const auto require = [](bool holds, const char* what) {
+    if (!holds) throw Error(ErrorCode::invalid_request, std::string("a picture's part: ") + what);
+  };
+  require(order.width == spec.width && order.height == spec.height && may_be_in_parts(spec),
+          "of another picture than the request's");
+  Shot shot = shot_of(spec, &scene);
+  shot.part = &order;
+  if (order.sharp_samples > 0) {
+    shot.quality.samples = static_cast<int>(order.sharp_samples);
+    return PinholeTrace().render(shot, {}, 0.0, run).part;
+  }
+  const auto methods = render_methods();
+  const auto method =
+      std::ranges::find(methods, std::string_view(order.method), &RenderMethod::name);
+  require(method != methods.end() && (*method)->traces_in_parts(),
+          "of a method that traces no parts");
+  return (*method)->render(shot, {}, 0.0, run).part;
 }
 
 Plan plan_for(const SimulationSpec& spec, const RayScene* scene) {

@@ -12,6 +12,7 @@
 #include "core/film/image.h"
 #include "core/parallel.h"
 #include "core/post/halftone.h"
+#include "core/render/parts.h"
 #include "core/sampling/patterns.h"
 #include "core/scene/ray_scene.h"
 #include "core/shading/illumination_choice.h"
@@ -126,10 +127,24 @@ struct Plan {
 };
 
 /// The light path as one function: scene through camera onto film, with its error.
-/// Same spec, scene and build: same photograph, whatever the threads.
+/// Same spec, scene and build: same photograph, whatever the threads and whoever traces parts of
+/// it. `parts`: may be null; has the rounds of `color` and `all_in_focus` traced, of methods whose
+/// pictures are made of parts and of requests that is_made_in_parts() tells of.
 /// Throws: Error{outside_domain} for a camera that cannot be, Error{no_valid_method} where no
-///         method models what must be modelled, Error{cancelled}, Error{over_budget}.
-Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run);
+///         method models what must be modelled, Error{cancelled}, Error{over_budget}; what `parts`
+///         throws.
+Photograph simulate(const SimulationSpec& spec, const RayScene& scene, const RunControl& run,
+                    PartTracer* parts = nullptr);
+
+/// Whether simulate() would have parts of it traced: all but requests with max_time_ms, whose
+/// samples follow from the time that they take, those for alpha, and methods that blur a finished
+/// picture or spread waves. Throws: as simulate().
+bool is_made_in_parts(const SimulationSpec& spec, const RayScene& scene, const RunControl& run);
+
+/// A part of simulate()'s picture, for whoever makes the rest of it.
+/// Throws: Error{invalid_request} for an order that is not of this picture, Error{cancelled}.
+TracedPart traced_part(const SimulationSpec& spec, const RayScene& scene, const PartOrder& order,
+                       const RunControl& run);
 
 /// Plan without a scene's facts (null) or with them.
 Plan plan_for(const SimulationSpec& spec, const RayScene* scene);
