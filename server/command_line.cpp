@@ -397,15 +397,15 @@ int run_command_line(int argc, char** argv) {
     return run_command(line);
   } catch (const std::exception& exception) {
     api::Problem problem = api::problem(exception);
-    if (problem.status >= 500) {
+    if (problem.status == 500) {
       // Here the user is the operator: he is told the cause, which a client must not see.
       const auto* error = dynamic_cast<const Error*>(&exception);
       const bool is_io = error != nullptr && error->code() == ErrorCode::io_failure;
       problem =
           api::http_problem(problem.status, is_io ? "io-failure" : "internal",
                             api::shortened(exception.what(), api::Limits{}.problem_bytes / 2));
-      std::cerr << "fstop: " << exception.what() << '\n';
     }
+    if (problem.status >= 500) std::cerr << "fstop: " << exception.what() << '\n';
     return print_problem(problem);
   }
 }

@@ -70,6 +70,7 @@ int verify(const VerifyOptions& options) {
                           .camera = check.camera_name,
                           .failure = error.what()});
       is_cut = true;
+      std::cerr << "fstop: " << error.what() << '\n';
     }
     print(verification_text(outcomes.back()));
     if (is_cut) break;

@@ -25,8 +25,10 @@ static_assert(Plain<Placement> && Plain<Mapping> && Plain<BumpMap> && Plain<Norm
 
 template <typename Stream>
 void pass(Stream& stream, Is<QualitySpec> auto& value) {
-  auto& [max_error, max_time_ms, method, samples, sampling, texture_width_px, most_samples] = value;
-  stream(max_error, max_time_ms, method, samples, sampling, texture_width_px, most_samples);
+  auto& [max_error, max_time_ms, method, samples, sampling, texture_width_px, texture_disc_share,
+         most_samples] = value;
+  stream(max_error, max_time_ms, method, samples, sampling, texture_width_px, texture_disc_share,
+         most_samples);
 }
 
 template <typename Stream>

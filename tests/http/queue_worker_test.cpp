@@ -193,6 +193,7 @@ TEST_F(QueueWorking, ADuplicateIsNotMade) {
   const auto all = cells(1);
   queue_->create(Bucket::outcomes, server::cell_key(kSweep, 0),
                  server::outcome_text(made(all[0], store_)));
+  queue_->create(Bucket::attempts, server::cell_key(kSweep, 0), "1");
   queue_->publish(server::cell_key(kSweep, 0),
                   api::to_json(api::CellOrder{.engine = std::string(api::engine_version()),
                                               .sweep = kSweep,
