@@ -65,7 +65,9 @@ double asked(std::uint16_t port, const std::string& body) {
 
 void measure_latency(int previews) {
   TestServer::Options here;
-  here.simulate = fstop::simulate;
+  here.simulate = [](const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
+    return simulate(spec, scene, run);
+  };
   TestServer before(here);
   TestServer after;
   bring_still_life(before);

@@ -112,7 +112,9 @@ void begin(Client& client, const std::string& request) {
 TEST(Workers, MakeThePicturesThatThisProcessWouldMake) {
   TestServer apart;
   TestServer::Options here;
-  here.simulate = fstop::simulate;
+  here.simulate = [](const SimulationSpec& spec, const RayScene& scene, const RunControl& run) {
+    return simulate(spec, scene, run);
+  };
   TestServer together(here);
   const std::string pinhole = R"({"scene": "tiny", "camera": {"pinhole": {"diameter_mm": 0.3}},
       "image": {"width": 45, "height": 30}, "outputs": ["depth", "normal", "variance"],
