@@ -19,7 +19,7 @@ import type { PageState } from "./page_state.ts";
 import { kTabs, tab_body, tab_row } from "./page_tabs.ts";
 import type { Tab } from "./page_tabs.ts";
 import "./picture_panel.ts";
-import { kNoPicture, looks_different, patiently, pause, picture_updates } from "./picture_updates.ts";
+import { kNoPicture, patiently, picture_updates } from "./picture_updates.ts";
 import type { PictureView } from "./picture_updates.ts";
 import { PreviewPace } from "./preview_pace.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
@@ -29,9 +29,6 @@ import type { PlaygroundState } from "./state.ts";
 import { description_of, summary_of } from "./words.ts";
 
 type Side = "a" | "b";
-/// While a hand drags, numbers and drawings follow with its pictures, or after so long: the
-/// processor is the renderer's.
-const kFollowing_ms = 60;
 
 /// The playground: keeps the state, asks the server for its pictures and its numbers.
 @customElement("fstop-app")
@@ -39,30 +36,23 @@ export class FstopApp extends LitElement {
   private readonly address_ = new Address(window);
   private readonly client_ = new ApiClient(document.baseURI);
 
-  /// Not reactive: show_() says when the page is to follow.
-  private page_: PageState = this.address_.page();
+  @state() private page_: PageState = this.address_.page();
   @state() private editing_: Side = "a";
   @state() private scenes_: readonly SceneSummary[] = [];
   @state() private scenes_complaint_: Complaint = kNoComplaint;
-  @state({ hasChanged: looks_different }) private a_: PictureView = kNoPicture;
-  @state({ hasChanged: looks_different }) private b_: PictureView = kNoPicture;
+  @state() private a_: PictureView = kNoPicture;
+  @state() private b_: PictureView = kNoPicture;
   @state() private optics_: OpticsView = kNoOptics;
   @state() private tab_: Tab = this.page_.experiment === "" ? "optics" : "experiments";
 
   private readonly pace_ = new PreviewPace();
   private readonly a_task_ = this.picture_task_((update) => (this.a_ = { ...this.a_, ...update }));
   private readonly b_task_ = this.picture_task_((update) => (this.b_ = { ...this.b_, ...update }));
-  private readonly optics_task_ = new LatestTask<OpticsQuestion>(
-    async (wanted, signal, has_result, urgency) => {
-      this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
-      if (urgency === "urgent") return;
-      await pause(kFollowing_ms, signal).catch(() => undefined);
-      has_result();
-    },
-  );
+  private readonly optics_task_ = new LatestTask<OpticsQuestion>(async (wanted, signal) => {
+    this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
+  });
   private submitted_: Partial<Record<Side | "optics", string>> = {};
   private leaving_ = new AbortController();
-  private following_: ReturnType<typeof setTimeout> | undefined;
 
   static override styles = [kBaseStyles, kControlStyles, kAppStyles];
 
@@ -87,17 +77,6 @@ export class FstopApp extends LitElement {
     super.disconnectedCallback();
     this.leaving_.abort();
     for (const task of [this.a_task_, this.b_task_, this.optics_task_]) task.stop();
-  }
-
-  /// After what is to be asked has been asked: the server renders while the page is drawn.
-  protected override async scheduleUpdate(): Promise<void> {
-    await new Promise((resolve) => setTimeout(resolve));
-    super.scheduleUpdate();
-  }
-
-  protected override updated(): void {
-    clearTimeout(this.following_);
-    this.following_ = undefined;
   }
 
   override render(): TemplateResult {
@@ -310,8 +289,6 @@ export class FstopApp extends LitElement {
       state.scene === "" ? { ...state, scene: first_scene(this.scenes_) } : state;
     const page = { ...wanted, a: named(wanted.a), b: wanted.b && named(wanted.b) };
     this.page_ = page;
-    if (urgency === "urgent") this.requestUpdate();
-    else this.following_ ??= setTimeout(() => this.requestUpdate(), kFollowing_ms);
     if (!page.b) {
       this.editing_ = "a";
       this.b_task_.stop();

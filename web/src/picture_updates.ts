@@ -105,13 +105,6 @@ export function held_layers({ layers, layers_of, shown }: PictureView): HeldLaye
   return { layers, blur_holds: same_blur(layers_of, shown) };
 }
 
-/// Whether two views differ in what is shown of them at once.
-export function looks_different(view: PictureView, before: PictureView | undefined): boolean {
-  if (before === undefined) return true;
-  const names = Object.keys(view) as (keyof PictureView)[];
-  return names.some((name) => name !== "since_ms" && view[name] !== before[name]);
-}
-
 export const kNoPicture: PictureView = {
   activity: "idle",
   since_ms: 0,
