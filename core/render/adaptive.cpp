@@ -432,6 +432,7 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
         "light carried from lamps was still noisy at the most paths allowed");
   outcome.rays += carried.rays;
   outcome.carried_paths = carried.paths;
+  outcome.samples_pupil = source.samples_pupil;
   outcome.carried_rms = carried.rms;
   if (light) {
     outcome.rays += light->rays();

@@ -128,6 +128,7 @@ struct RenderOutcome {
   /// root of its mean square in the picture, values clipped to [0,1].
   std::uint64_t carried_paths = 0;
   double carried_rms = 0.0;
+  bool samples_pupil = false;    // its rays went through all of the pupil
   bool splats_emitters = false;  // small bright emitters were splatted, not left to samples
   TracedPart part = {};          // Shot::part
   std::vector<std::string> warnings = {};

@@ -10,45 +10,18 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/render/busy_scene.h"
 #include "core/render/simulation.h"
 
 namespace fstop {
 namespace {
 
-// A checkered wall, a mirror ball, a glass ball, a lamp, small bright balls: every kind of light.
-Scene busy_scene() {
-  Scene scene;
-  TextureSource checker{.name = "checker", .image = Image(64, 64, 3)};
-  for (int y = 0; y < 64; ++y) {
-    for (int x = 0; x < 64; ++x) {
-      for (int c = 0; c < 3; ++c) checker.image.at(x, y)[c] = ((x / 4 + y / 4) & 1) ? 0.9F : 0.1F;
-    }
-  }
-  scene.textures = {checker};
-  scene.materials = {Material{.model = ShadingModel::phong,
-                              .ambient = {.value = {1, 1, 1}},
-                              .diffuse = {.value = {0.8F, 0.8F, 0.8F}, .texture = 0}},
-                     Material{.model = ShadingModel::phong,
-                              .diffuse = {.value = {0.2F, 0.1F, 0.1F}},
-                              .reflection = 0.5},
-                     Material{.emission = {.value = {0.0F, 0.2F, 0.1F}}, .transmission = 0.6},
-                     Material{.emission = {.value = {90.0F, 60.0F, 30.0F}}}};
-  scene.objects = {
-      {.shape = QuadObject{.corner = {-6, -4, -8}, .edge_u = {12, 0, 0}, .edge_v = {0, 8, 0}}},
-      {.shape = SphereObject{.center = {0.1, 0, -2}, .radius = 0.2}, .material = 1},
-      {.shape =
-           QuadObject{.corner = {-0.5, -0.3, -1}, .edge_u = {0.4, 0, 0}, .edge_v = {0, 0.6, 0}},
-       .material = 2}};
-  scene.lights = {
-      {.kind = AreaLight{.corner = {-1, 3, 0}, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 1}},
-       .intensity = {0.9F, 0.9F, 0.9F}}};
-  scene.ambient_light = {0.1F, 0.1F, 0.1F};
-  scene.background = {0.3F, 0.4F, 0.6F};
-  return scene;
-}
-
+// The wall farther off, and small bright balls before it.
 Scene bright_scene() {
   Scene scene = busy_scene();
+  scene.objects[0] = {
+      .shape = QuadObject{.corner = {-6, -4, -8}, .edge_u = {12, 0, 0}, .edge_v = {0, 8, 0}}};
+  scene.materials.push_back(Material{.emission = {.value = {90.0F, 60.0F, 30.0F}}});
   for (const double x : {-0.9, 0.4, 1.3}) {
     scene.objects.push_back(
         {.shape = SphereObject{.center = {x, 0.5, -6}, .radius = 0.004}, .material = 3});

@@ -251,11 +251,12 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
   double bias = uncertified_rmse(plan.quote.error.effects, contrast);
   bias += error_of_branches(shot, told);
   if (facts.averages_texels) {
-    const bool has_discs = spec.quality.texture_disc_share > 0.0;
+    // Without samples over the pupil no lookup knows a disc.
+    const bool has_discs = spec.quality.texture_disc_share > 0.0 && outcome.samples_pupil;
     const double width = texture_lookup_width(spec.quality);
     const double detail =
         has_discs ? texture_detail_rmse(photograph.color, width, spec.quality.texture_disc_share,
-                                        geometry_layers(shot, run).coc)
+                                        geometry_layers(shot, run).coc, run)
                   : texture_detail_rmse(photograph.color, width, run);
     report.model.push_back({.effect = "texture detail",
                             .modelled = false,

@@ -26,7 +26,8 @@ double texture_detail_rmse(const Image& image, double width, const RunControl& r
 
 /// The same where lookups average over `disc_share` of each pixel's blur disc, or `width` pixels
 /// if that is more. `coc`: signed diameters in pixels of what centre rays meet; a pixel counts by
-/// the widest disc that may reach it from 8 x 8 pixels about it and beyond.
-double texture_detail_rmse(const Image& image, double width, double disc_share, const Image& coc);
+/// the widest disc that may reach it. Throws: Error{cancelled}.
+double texture_detail_rmse(const Image& image, double width, double disc_share, const Image& coc,
+                           const RunControl& run = {});
 
 }  // namespace fstop

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/render/simulation.h"
+#include "core/render/texture_detail.h"
 
 namespace fstop {
 namespace {
@@ -111,6 +112,40 @@ TEST(TextureDisc, WhatItBlursIsWithinTheBoundThatIsTold) {
       EXPECT_GE(wide.report.error.upper_95, off) << coc_px << ' ' << share;
     }
   }
+}
+
+// The bound's search for the widest disc does not grow with the discs; no method but those that
+// sample the pupil widens a lookup, or says so.
+TEST(TextureDisc, WideDiscsAndMethodsWithoutAPupilAreTold) {
+  const RayScene scene(board(kFar));
+  SimulationSpec spec = picture(16.0, 4);
+  spec.quality.texture_disc_share = 0.5;
+  const double usual = detail_bound(made(spec, scene));
+  SimulationSpec wide = picture(3000.0, 4);
+  wide.quality.texture_disc_share = 0.5;
+  EXPECT_GT(detail_bound(made(wide, scene)), 0.0);
+  spec.quality.method = "pinhole";
+  spec.effects.defocus = EffectChoice::off;
+  const Photograph sharp = made(spec, scene);
+  EXPECT_LT(detail_bound(sharp), usual);
+  spec.quality.texture_disc_share = 0.0;
+  EXPECT_EQ(detail_bound(sharp), detail_bound(made(spec, scene)));
+}
+
+// Every pixel within a disc's reach counts by it, and no other by more than twice that reach.
+TEST(TextureDisc, TheWidestDiscThatReachesAPixelCounts) {
+  constexpr int kSide = 512;
+  Image flat(kSide, kSide, 1);
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) *flat.at(x, y) = ((x + y) & 1) != 0 ? 0.6F : 0.4F;
+  Image coc(kSide, kSide, 1);
+  *coc.at(100, 200) = -80.0F;  // reaches 40 px
+  // A checkerboard's Laplacian is 0.8: with a share of 1/80 a lookup of 1 px is off by 0.1.
+  const double all = texture_detail_rmse(flat, 0.0, 1.0 / 80.0, coc);
+  const double counted = std::pow(all / 0.1, 2) * (kSide - 2.0) * (kSide - 2.0);
+  EXPECT_GE(counted, 80.0 * 80.0);
+  // The power of two above 1 + 40/8 cells, to both sides of a cell.
+  EXPECT_NEAR(counted, std::pow((2 * 8 + 1) * 8, 2), 1.0);
 }
 
 // Lookups a quarter of a disc wide hold less noise: 64 samples of a disc of 16 px are as good as

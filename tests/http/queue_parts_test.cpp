@@ -386,29 +386,6 @@ TEST_F(PartPrograms, ASweepOfOneCellIsMadeByBothWorkersAndOneIsKilled) {
   EXPECT_TRUE(queue->entries(Bucket::outcomes, 10).empty());
 }
 
-std::string begun_sweep(std::uint16_t port, const std::string& recipe) {
-  const Answer answer = ask(port, "POST", "/v1/sweeps", {}, recipe);
-  EXPECT_EQ(answer.status, 202) << answer.body;
-  constexpr std::string_view kMember = "\"sweep\":\"";
-  const std::size_t at = answer.body.find(kMember);
-  return at == std::string::npos ? "" : answer.body.substr(at + kMember.size(), 64);
-}
-
-std::string manifest_of(std::uint16_t port, const std::string& sweep) {
-  std::string manifest;
-  eventually(
-      [&] {
-        try {
-          const Answer answer = ask(port, "GET", "/v1/sweeps/" + sweep + "/manifest");
-          if (answer.status == 200) manifest = answer.body;
-        } catch (const std::runtime_error&) {  // nobody listens
-        }
-        return !manifest.empty();
-      },
-      120s);
-  return manifest;
-}
-
 TEST_F(PartPrograms, AServerThatIsKilledGoesOnWithTheCell) {
   const std::vector<std::string> with_queue = {"--queue", nats_.url(),     "--ack-wait-s",
                                                "1",       "--split-cpu-s", "1e-9"};

@@ -175,31 +175,11 @@ TEST_F(QueuePrograms, KillsOfAWorkerAndTheServerLoseNothingAndRepeatNothing) {
   }
 }
 
-// The manifest of a sweep, once it is there; the server may be away meanwhile.
-std::string manifest_of(std::uint16_t port, const std::string& sweep) {
-  std::string manifest;
-  eventually(
-      [&] {
-        try {
-          const Answer answer = ask(port, "GET", "/v1/sweeps/" + sweep + "/manifest");
-          if (answer.status == 200) manifest = answer.body;
-        } catch (const std::runtime_error&) {  // nobody listens
-        }
-        return !manifest.empty();
-      },
-      120s);
-  return manifest;
-}
-
-std::string begun_sweep(std::uint16_t port, int cells) {
+std::string begun_sweep_of_seeds(std::uint16_t port, int cells) {
   const std::string recipe = R"({"base": )" + tiny_request(0) +
                              R"(, "axes": [{"member": "/seed", "range": {"from": 1, "to": )" +
                              std::to_string(cells) + R"(, "step": 1}}]})";
-  const Answer answer = ask(port, "POST", "/v1/sweeps", {}, recipe);
-  EXPECT_EQ(answer.status, 202) << answer.body;
-  constexpr std::string_view kMember = "\"sweep\":\"";
-  const std::size_t at = answer.body.find(kMember);
-  return at == std::string::npos ? "" : answer.body.substr(at + kMember.size(), 64);
+  return begun_sweep(port, recipe);
 }
 
 TEST_F(QueuePrograms, ASweepOfAServerOutlivesKillsOfAWorkerAndTheServer) {
@@ -208,7 +188,7 @@ TEST_F(QueuePrograms, ASweepOfAServerOutlivesKillsOfAWorkerAndTheServer) {
   server_->signal(SIGTERM);
   EXPECT_EQ(server_->wait(), 0);
   start_server(with_queue);
-  const std::string sweep = begun_sweep(port_, kCells);
+  const std::string sweep = begun_sweep_of_seeds(port_, kCells);
   auto first = started_worker();
   auto second = started_worker();
   const auto has_done = [](const BackgroundProcess& worker, int cells) {
@@ -236,7 +216,7 @@ TEST_F(QueuePrograms, ASweepOfAServerOutlivesKillsOfAWorkerAndTheServer) {
   const TemporaryFolder alone;
   const ServerProcess server(alone.path(), {"--data-dir", (alone.path() / "data").string(),
                                             "--scenes-dir", path("scenes")});
-  EXPECT_EQ(begun_sweep(server.port(), kCells), sweep);
+  EXPECT_EQ(begun_sweep_of_seeds(server.port(), kCells), sweep);
   EXPECT_TRUE(manifest_of(server.port(), sweep) == manifest);
 }
 
