@@ -9,6 +9,7 @@
 #include <boost/beast/http/error.hpp>
 #include <boost/url/parse.hpp>
 
+#include "server/bad_framing.h"
 #include "server/routes.h"
 
 namespace fstop::server {
@@ -17,15 +18,8 @@ namespace {
 namespace beast = boost::beast;
 
 constexpr std::size_t kMaxExtensionBytes = 8192;
-constexpr std::size_t kMaxUnreadOfBody = 16384;
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
-
-Refusal bad_framing(std::string detail) {
-  Refusal refusal(http::status::bad_request, "bad-framing", std::move(detail));
-  refusal.closing();
-  return refusal;
-}
 
 bool all_digits(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(),
@@ -123,7 +117,20 @@ void RequestParser::read_head(std::string_view head) {
   request_.keep_alive = keep_alive() && !http_1_0_;
 }
 
-std::size_t RequestParser::read_body(std::string_view bytes) { return feed(bytes); }
+std::size_t RequestParser::read_body(std::string_view bytes) {
+  if (!chunked()) return feed(bytes);
+  // A piece at a time: the first refusal of a body is the same however its bytes come.
+  std::size_t used = 0;
+  while (!is_done() && used + judged_ < bytes.size()) {
+    const std::size_t judged = chunks_.judge(bytes.substr(used + judged_));
+    if (judged == 0) throw bad_framing("not a well-formed body of chunks");
+    judged_ += judged;
+    const std::size_t taken = feed(bytes.substr(used, judged_));
+    used += taken;
+    judged_ -= taken;
+  }
+  return used;
+}
 
 void RequestParser::refuse(beast::error_code& ec, http::status status, std::string slug,
                            std::string detail) {
@@ -155,7 +162,6 @@ void RequestParser::on_field_impl(http::field name, beast::string_view name_text
   const auto bad = [&](std::string detail) {
     refuse(ec, http::status::bad_request, "bad-framing", std::move(detail));
   };
-  if (is_header_done()) return bad("trailer fields are not accepted");
   if (++field_count_ > limits_.max_fields) {
     return refuse(ec, http::status::request_header_fields_too_large, "headers-too-large",
                   "more than " + std::to_string(limits_.max_fields) + " header fields");
@@ -229,10 +235,7 @@ bool HeadReader::take(std::string& unread, RequestParser& parser) {
 
 bool take_body(std::string& unread, RequestParser& parser) {
   if (!unread.empty() && !parser.is_done()) unread.erase(0, parser.read_body(unread));
-  if (parser.is_done()) return true;
-  // Beast waits for the end of a chunk's line or of the trailers however long they become.
-  if (unread.size() >= kMaxUnreadOfBody) throw bad_framing("a chunk's header is too long");
-  return false;
+  return parser.is_done();
 }
 
 void resolve_target(Request& request) {

@@ -10,6 +10,7 @@
 #include <boost/beast/http/basic_parser.hpp>
 #include <boost/optional/optional.hpp>
 
+#include "server/chunk_scanner.h"
 #include "server/http_message.h"
 
 namespace fstop::server {
@@ -40,7 +41,7 @@ struct ParserLimits {
 
 /// Beast's parser, made stricter where RFC 9112 lets a server choose or Beast 1.81 is lenient:
 /// one Host, one Content-Length of digits, Transfer-Encoding exactly `chunked` and never beside
-/// Content-Length, no trailers, bounded chunk extensions.
+/// Content-Length, no trailers, bounded chunk extensions within their line.
 class RequestParser final : public http::basic_parser<true> {
  public:
   RequestParser(Request& request, const ParserLimits& limits);
@@ -77,6 +78,8 @@ class RequestParser final : public http::basic_parser<true> {
   std::optional<Refusal> refusal_ = {};
   std::size_t field_count_ = 0;
   std::size_t host_count_ = 0;
+  ChunkScanner chunks_ = {};
+  std::size_t judged_ = 0;  // bytes the scanner has judged and Beast has not taken
   std::size_t extension_bytes_ = 0;
   bool http_1_0_ = false;
   bool has_length_ = false;

@@ -156,6 +156,13 @@ std::vector<Case> bad_bodies() {
       {"trailers", chunked(chunk(kOptics) + "0\r\nX: y\r\n\r\n")},
       {"smuggled length in trailers", chunked(chunk(kOptics) + "0\r\nContent-Length: 9\r\n\r\n")},
       {"long chunk extension", chunked(chunk("x", ";a=" + std::string(9000, 'b')) + "0\r\n\r\n")},
+      {"chunk line that ends in quotes", chunked("5;a=\"b\r\nhello\r\n0;c=\"\r\n\r\n")},
+      {"chunk line that ends behind a backslash", chunked("5;a=\"b\\\r\nhello\r\n0\r\n\r\n")},
+      {"last chunk's line that ends in quotes", chunked("0;a=\"b\r\n\r\n")},
+      {"bare line feed in an extension", chunked("5;a=\"\n\"\r\nhello\r\n0\r\n\r\n")},
+      {"NUL in an extension",
+       chunked("5;a=\"" + std::string(1, '\0') + "\"\r\nhello\r\n0\r\n\r\n")},
+      {"chunk size of 17 digits", chunked("00000000000000005\r\nhello\r\n0\r\n\r\n")},
       {"endless chunk line", chunked("5;" + std::string(40000, 'a'))},
       {"body over the limit", length("1048577"), 413},
       {"body far over the limit", length("18446744073709551615"), 413},
@@ -192,7 +199,8 @@ TEST(FramingInPieces, EveryByteAloneGivesTheSameAnswers) {
   const std::vector<std::pair<std::string, int>> requests = {
       {get(kHost), 200},
       {post("Content-Length: " + std::to_string(kOptics.size()) + "\r\n", kOptics), 200},
-      {chunked(chunk(kOptics, ";x") + "0\r\n\r\n"), 200},
+      {chunked(chunk(kOptics, ";x=\"\\\";\"") + "0\r\n\r\n"), 200},
+      {chunked("5;a=\"b\r"), 400},  // by its last byte
   };
   Client client(server.port());
   for (const auto& [bytes, status] : requests) {
