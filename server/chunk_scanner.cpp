@@ -48,7 +48,8 @@ std::size_t ChunkScanner::judge(std::string_view bytes) {
       case Place::line_feed:
         if (c != '\n') throw bad_framing("a chunk's line ends with CR LF");
         end_line();
-        return position;
+        if (place_ == Place::data) return position;
+        break;
       case Place::data_cr:
         expect(c, '\r', Place::data_lf);
         break;
@@ -69,6 +70,10 @@ std::size_t ChunkScanner::judge(std::string_view bytes) {
     }
   }
   return position;
+}
+
+bool ChunkScanner::lines_are_whole() const {
+  return place_ == Place::data || place_ == Place::data_cr || place_ == Place::done;
 }
 
 void ChunkScanner::judge_size(char c) {

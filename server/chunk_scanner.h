@@ -11,10 +11,13 @@ namespace fstop::server {
 /// Trailer fields are refused. What an extension says is left to Beast.
 class ChunkScanner {
  public:
-  /// `bytes`: the next of the body, whose earlier ones are judged. Judges up to the end of a
-  /// chunk's line, of its data or of the body; returns how many, at least one while the body goes
-  /// on. Throws: Refusal 400, closing.
+  /// `bytes`: the next of the body, whose earlier ones are judged. Judges up to where a chunk's
+  /// data begin, up to the end of what has come of them, or of the body; returns how many, at
+  /// least one while the body goes on. Throws: Refusal 400, closing.
   std::size_t judge(std::string_view bytes);
+
+  /// Whether all lines that have begun have ended.
+  bool lines_are_whole() const;
 
  private:
   enum class Place {

@@ -119,15 +119,17 @@ void RequestParser::read_head(std::string_view head) {
 
 std::size_t RequestParser::read_body(std::string_view bytes) {
   if (!chunked()) return feed(bytes);
-  // A piece at a time: the first refusal of a body is the same however its bytes come.
+  // A line or the data of a chunk at a time: the first refusal of a body is the same however its
+  // bytes come. Beast gets whole lines; with half of a body's last one it asserts what is not so.
   std::size_t used = 0;
   while (!is_done() && used + judged_ < bytes.size()) {
     const std::size_t judged = chunks_.judge(bytes.substr(used + judged_));
-    if (judged == 0) throw bad_framing("not a well-formed body of chunks");
     judged_ += judged;
+    if (!chunks_.lines_are_whole()) break;
     const std::size_t taken = feed(bytes.substr(used, judged_));
+    if (judged == 0 || taken != judged_) throw bad_framing("not a well-formed body of chunks");
     used += taken;
-    judged_ -= taken;
+    judged_ = 0;
   }
   return used;
 }
