@@ -349,6 +349,19 @@ TEST(RayTree, TotalReflectionTakesTheMirrorDirection) {
   const Vec3f grazing = normalized(Vec3f{0.8F, 0, -0.5F});
   EXPECT_FALSE(refracted(grazing, {0, 0, 1}, 1.5F, direction));
   EXPECT_NEAR(mirrored(grazing, {0, 0, 1}).z, -grazing.z, 1e-7);
+
+  // The same seen: from within glass a boundary at z = -1, whose normal points away from the eye,
+  // and a shining wall at z = 1. What passes the boundary meets nothing.
+  Scene scene;
+  scene.materials = {Material{.transmission = 1.0, .ior = 1.5},
+                     Material{.emission = {.value = {1.0F, 1.0F, 1.0F}}}};
+  scene.objects = {
+      {.shape =
+           QuadObject{.corner = {-500, -500, -1}, .edge_u = {0, 1000, 0}, .edge_v = {1000, 0, 0}}},
+      wall(1.0, 1000.0)};
+  scene.objects[1].material = 1;
+  EXPECT_EQ(radiance(scene, {}, grazing)[0], 1.0F);
+  EXPECT_EQ(radiance(scene, {}, steep)[0], 0.0F);
 }
 
 // A quarter of the threshold: traced in one sample of four, four times as bright.

@@ -166,10 +166,13 @@ TEST(Frosting, AThinSheetSpreadsWhatItLetsThrough) {
 // light is lost.
 TEST(Gloss, LobesStayOnTheirSide) {
   Scene scene;
-  scene.materials = {Material{.reflection = 1.0, .reflection_exponent = 2.0}};
+  scene.materials = {Material{.reflection = 1.0, .reflection_exponent = 2.0}, {}};
   scene.objects = {
       {.shape =
-           QuadObject{.corner = {-500, -500, -1}, .edge_u = {1000, 0, 0}, .edge_v = {0, 1000, 0}}}};
+           QuadObject{.corner = {-500, -500, -1}, .edge_u = {1000, 0, 0}, .edge_v = {0, 1000, 0}}},
+      {.shape =
+           QuadObject{.corner = {-500, -500, -2}, .edge_u = {1000, 0, 0}, .edge_v = {0, 1000, 0}},
+       .material = 1}};  // black: what passes the mirror
   scene.background = {1.0F, 1.0F, 1.0F};
   EXPECT_NEAR(mean_red(scene, {1.0F, 0.0F, -0.1F}, 16), 1.0, 1e-6);
 }
