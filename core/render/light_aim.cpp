@@ -1,9 +1,11 @@
 #include "core/render/light_aim.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <variant>
 
 #include "core/sampling/warp.h"
@@ -32,6 +34,29 @@ Vec3 across(const Vec3& axis) {
   return normalized(cross(axis, std::abs(axis.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
 }
 
+Vec3 vec(const std::array<float, 3>& p) { return {double{p[0]}, double{p[1]}, double{p[2]}}; }
+
+// The quad that a mesh is, as RayScene makes one of two triangles.
+std::optional<QuadObject> quad_of(const Object& object) {
+  const auto* mesh_object = std::get_if<MeshObject>(&object.shape);
+  if (mesh_object == nullptr) return std::nullopt;
+  const Mesh& mesh = mesh_object->mesh;
+  using Triangle = std::array<std::uint32_t, 3>;
+  if (mesh.positions.size() != 4 ||
+      mesh.triangles != std::vector<Triangle>{Triangle{0, 1, 2}, Triangle{0, 2, 3}}) {
+    return std::nullopt;
+  }
+  const Vec3 corner = vec(mesh.positions[0]);
+  const QuadObject quad{.corner = corner,
+                        .edge_u = vec(mesh.positions[1]) - corner,
+                        .edge_v = vec(mesh.positions[3]) - corner};
+  const Vec3 off = vec(mesh.positions[2]) - corner - quad.edge_u - quad.edge_v;
+  // Roundings of single precision, by the largest number that was rounded.
+  const double largest = norm(corner) + norm(quad.edge_u) + norm(quad.edge_v);
+  if (norm(off) > 1e-6 * largest) return std::nullopt;
+  return quad;
+}
+
 bool turns_light(const Material& material) {
   return material.reflection > 0.0 || (material.transmission > 0.0 && material.ior);
 }
@@ -42,15 +67,10 @@ struct LightAimer::BallOf {
   Ball operator()(const SphereObject& sphere) const {
     return {sphere.center, kMargin * sphere.radius};
   }
-  Ball operator()(const QuadObject& quad) const {
-    Box box;
-    for (const Vec3& edge : {Vec3{}, quad.edge_u, quad.edge_v, quad.edge_u + quad.edge_v})
-      box.add(quad.corner + edge);
-    return {box.center(), kMargin * box.half_diagonal()};
-  }
+  Ball operator()(const QuadObject&) const { return {}; }  // RayScene has made meshes of them
   Ball operator()(const MeshObject& object) const {
     Box box;
-    for (const auto& p : object.mesh.positions) box.add({double{p[0]}, double{p[1]}, double{p[2]}});
+    for (const auto& p : object.mesh.positions) box.add(vec(p));
     return {box.center(), kMargin * box.half_diagonal()};
   }
 };
@@ -74,7 +94,7 @@ struct LightAimer::Aimed {
     const Vec3 center = aimer.ball_.center + shift;
     const double back =
         aimer.scene_.radius + norm(center - aimer.scene_.center) + aimer.ball_.radius;
-    if (const QuadObject* quad = std::get_if<QuadObject>(&aimer.object_.shape)) {
+    if (const auto& quad = aimer.quad_) {
       set(point(*quad) - direction * back, direction);
       return std::abs(dot(cross(quad->edge_u, quad->edge_v), direction));
     }
@@ -105,8 +125,8 @@ struct LightAimer::Aimed {
     const Vec3 to_center = aimer.ball_.center + shift - origin;
     const double distance = norm(to_center);
     const bool inside = !(distance > aimer.ball_.radius);
-    const QuadObject* quad = std::get_if<QuadObject>(&aimer.object_.shape);
-    if (quad != nullptr && !inside) {
+    const auto& quad = aimer.quad_;
+    if (quad && !inside) {
       const Vec3 to_point = point(*quad) - origin;
       const double squared = dot(to_point, to_point);
       const Vec3 direction = to_point * (1.0 / std::sqrt(squared));
@@ -130,6 +150,7 @@ struct LightAimer::Aimed {
 LightAimer::LightAimer(const RayScene& scene, const LightAim& aim, double shutter_seconds)
     : light_(scene.scene().lights[aim.light]),
       object_(scene.scene().objects[aim.object]),
+      quad_(quad_of(object_)),
       ball_(ball_of(object_)) {
   if (!std::holds_alternative<DirectionalLight>(light_.kind)) return;
   Box box;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/scene/ray_scene.h"
@@ -40,8 +41,9 @@ class LightAimer {
 
   const Light& light_;
   const Object& object_;
-  Ball ball_ = {};   // about the object
-  Ball scene_ = {};  // about all of them; for directional lights
+  std::optional<QuadObject> quad_ = {};  // the object, where it is one
+  Ball ball_ = {};                       // about the object
+  Ball scene_ = {};                      // about all of them; for directional lights
 };
 
 }  // namespace fstop

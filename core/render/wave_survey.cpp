@@ -205,9 +205,6 @@ bool something_before(const WaveSurvey& survey, const WaveOptics& optics,
 // A point of an object, as many as tell its depth where it is small.
 Vec3 place_of(const Object& object) {
   if (const auto* sphere = std::get_if<SphereObject>(&object.shape)) return sphere->center;
-  if (const auto* quad = std::get_if<QuadObject>(&object.shape)) {
-    return quad->corner + quad->edge_u * 0.5 + quad->edge_v * 0.5;
-  }
   const auto& mesh = std::get<MeshObject>(object.shape).mesh;
   Vec3 sum = {};
   for (const auto& p : mesh.positions) {
