@@ -11,6 +11,7 @@
 #include "api/render_id.h"
 #include "api/sweep_axis.h"
 #include "api/sweep_recipe.h"
+#include "core/build_stop.h"
 
 namespace fstop::api {
 namespace {
@@ -59,12 +60,22 @@ bool is_at_or_below(const std::string& pointer, const std::string& above) {
   return pointer == above || pointer.starts_with(above + "/");
 }
 
+// Faults are looked for in this many bytes of requests: a base whose every cell is wrong is not
+// read ten thousand times.
+constexpr std::size_t kBytesWithFaults = std::size_t{4} << 20;
+constexpr const char* kSomeScene = "scene";  // a name, for requests whose scene was read already
+
 /// Makes the cells of an outline, one after the other.
 class Expansion {
  public:
   Expansion(const SweepOutline& outline, const Limits& limits, SceneNames names)
       : outline_(outline), limits_(limits), names_(names), faults_(limits) {
-    for (const AxisValues& axis : outline.axes) fragments_.push_back(fragment_of(axis.member));
+    changes_scene_ = outline.recipe == Recipe::defocus_dataset;
+    for (const AxisValues& axis : outline.axes) {
+      fragments_.push_back(fragment_of(axis.member));
+      changes_scene_ =
+          changes_scene_ || axis.member.empty() || is_at_or_below(axis.member, "/scene");
+    }
   }
 
   // The number of cells, within limits. Throws: InvalidRequest.
@@ -95,19 +106,11 @@ class Expansion {
 
   void make_cells(SweepRequest& sweep) {
     const std::size_t count = checked_count();
-    std::size_t bytes = 0;
     sweep.cells.reserve(count);
     for (std::size_t i = 0; i < count && !faults_.are_many(); ++i) {
-      const std::vector<std::uint32_t> place = place_of(i);
-      make_cell(sweep, i, place);
-      if (!faults_.empty()) continue;
-      bytes += sweep.cells.back().request.size();
-      if (bytes > limits_.sweep_bytes) {
-        throw InvalidRequest(
-            FieldFault{"#", "has requests of more than " + std::to_string(limits_.sweep_bytes) +
-                                " bytes in all, from cell " + std::to_string(i) + " on"},
-            ErrorCode::over_budget);
-      }
+      BuildStop::throw_if_requested();
+      if (!faults_.empty() && bytes_ > kBytesWithFaults) break;
+      make_cell(sweep, i, place_of(i));
     }
     if (!faults_.empty())
       faults_.fail(only_too_much_ ? ErrorCode::over_budget : ErrorCode::invalid_request);
@@ -154,12 +157,18 @@ class Expansion {
   }
 
   void make_cell(SweepRequest& sweep, std::size_t index, const std::vector<std::uint32_t>& place) {
-    const std::optional<json> request = request_of(index, place);
+    std::optional<json> request = request_of(index, place);
     if (!request) return;
+    // Where all cells have one scene it is read with the first of them.
+    const bool has_scene = !sweep.cells.empty() && !changes_scene_;
+    if (has_scene) (*request)["scene"] = kSomeScene;
+    const std::string text = json_text(*request);
+    const std::size_t bytes = text.size() + (has_scene ? scene_bytes_ : 0);
+    count_bytes(bytes, index);
     try {
       Limits whole = limits_;
       whole.body_bytes = limits_.scene_bytes;
-      RenderRequest parsed = parse_render_request(json_text(*request), whole, names_);
+      RenderRequest parsed = parse_render_request(text, whole, names_);
       if (parsed.spec.quality.max_time_ms) {
         only_too_much_ = false;
         return add_fault({"#/quality/max_time_ms",
@@ -167,14 +176,25 @@ class Expansion {
                           "run to run"},
                          index, place);
       }
-      sweep.cells.push_back({.request = whole_request(parsed),
+      json own = whole_request(parsed);
+      if (has_scene) {
+        own["scene"] = scene_;
+      } else if (sweep.cells.empty()) {
+        scene_ = own["scene"];
+        scene_bytes_ = json_text(scene_).size();
+      }
+      sweep.cells.push_back({.request = json_text(own),
                              .spec = parsed.spec,
-                             .scene = number_of_scene(sweep, *request, parsed),
+                             .scene = has_scene ? 0 : number_of_scene(sweep, *request, parsed),
                              .place = place});
     } catch (const InvalidRequest& invalid) {
       only_too_much_ = only_too_much_ && invalid.code() == ErrorCode::over_budget;
       for (const FieldFault& fault : invalid.faults()) add_fault(fault, index, place);
+      return;
     }
+    // With every default filled it is longer.
+    const std::size_t whole_bytes = sweep.cells.back().request.size();
+    count_bytes(whole_bytes > bytes ? whole_bytes - bytes : 0, index);
   }
 
   void add_fault(const FieldFault& fault, std::size_t index,
@@ -194,11 +214,20 @@ class Expansion {
     faults_.add("#/base" + fault.pointer.substr(1), fault.detail, index);
   }
 
-  static std::string whole_request(const RenderRequest& parsed) {
+  void count_bytes(std::size_t of_request, std::size_t index) {
+    bytes_ += of_request;
+    if (bytes_ <= limits_.sweep_bytes) return;
+    throw InvalidRequest(
+        FieldFault{"#", "has requests of more than " + std::to_string(limits_.sweep_bytes) +
+                            " bytes in all, from cell " + std::to_string(index) + " on"},
+        ErrorCode::over_budget);
+  }
+
+  static json whole_request(const RenderRequest& parsed) {
     json whole = json::parse(parsed.normalised);
     whole["image"]["format"] = format_name(parsed.format);
     whole["image"]["precision"] = parsed.precision == Precision::half ? "half" : "single";
-    return json_text(whole);
+    return whole;
   }
 
   // Scenes of a data set are made of what is bundled: none of them stands in the request.
@@ -214,8 +243,12 @@ class Expansion {
   const Limits& limits_;
   SceneNames names_;
   std::vector<std::string> fragments_ = {};  // of the axes' members
+  bool changes_scene_ = false;
   std::map<std::string, std::uint32_t> scenes_ = {};
   CellFaults faults_;
+  json scene_ = {};  // the first cell's
+  std::size_t scene_bytes_ = 0;
+  std::size_t bytes_ = 0;      // of all requests so far
   bool only_too_much_ = true;  // all faults so far are of work asked for
 };
 

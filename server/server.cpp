@@ -41,6 +41,7 @@ constexpr int kReaderNiceness = 5;
 constexpr int kSweepsElsewhere = 8;  // that wait for workers at once
 constexpr int kReaderThreads = 2;
 constexpr int kEncoderThreads = 2;
+constexpr int kExpanderThreads = 1;
 // Cancelled renders end within 50 ms; their clients are told before the sockets are closed.
 constexpr auto kLastReplies = std::chrono::seconds(1);
 
@@ -71,6 +72,7 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
       costs_(pool_.threads()),
       readers_(kReaderThreads, kReaderNiceness),
       encoders_(kEncoderThreads, kRenderNiceness),
+      expanders_(kExpanderThreads, kRenderNiceness),
       files_of_renders_(config.result_folder, config.limits.kept_file_bytes, config_.limits, log),
       renders_(config.limits.kept_result_bytes, &files_of_renders_),
       scenes_(store_, config.limits.kept_scene_bytes),
@@ -138,6 +140,7 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
       sweep_calls_({.limits = config_.limits,
                     .log = log_,
                     .readers = readers_,
+                    .expanders = expanders_,
                     .queue = sweeps_,
                     .jobs = jobs_,
                     .cells = {.limits = config_.limits,
@@ -308,6 +311,11 @@ void Server::run() {
   io_.run();
   probe_io_.stop();
   log_.event("stopped");
+  // Nobody waits for signals now: a second one ends the process, whatever its threads still do.
+  if (has_drained_on_signal_) {
+    std::signal(SIGTERM, SIG_DFL);
+    std::signal(SIGINT, SIG_DFL);
+  }
 }
 
 void Server::stop() {
@@ -360,6 +368,7 @@ void Server::stop_on_signals() { asio::co_spawn(io_, watch_signals(), asio::deta
 asio::awaitable<void> Server::watch_signals() {
   asio::signal_set signals(io_, SIGTERM, SIGINT);
   co_await signals.async_wait(kNoThrow);
+  has_drained_on_signal_ = true;
   drain();
   const auto [ec, number] = co_await signals.async_wait(kNoThrow);
   if (!ec) ::_exit(128 + number);

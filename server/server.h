@@ -99,6 +99,7 @@ class Server {
   CostModel costs_;
   Workers readers_;
   Workers encoders_;
+  Workers expanders_;
   ResultStore files_of_renders_;
   RenderCache renders_;
   SceneCache scenes_;
@@ -126,6 +127,7 @@ class Server {
   Routes probe_routes_;
   std::optional<Listener> probe_listener_ = {};
   std::atomic<bool> draining_ = false;
+  bool has_drained_on_signal_ = false;
   int waiting_psfs_ = 0;
 };
 

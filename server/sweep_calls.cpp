@@ -9,8 +9,11 @@
 #include <unistd.h>
 #include <utility>
 
+#include <boost/asio/experimental/awaitable_operators.hpp>
+
 #include "api/job_json.h"
 #include "api/render_id.h"
+#include "core/build_stop.h"
 #include "core/error.h"
 #include "server/commands.h"
 #include "server/counted.h"
@@ -22,6 +25,7 @@ namespace fstop::server {
 namespace {
 
 namespace asio = boost::asio;
+using asio::experimental::awaitable_operators::operator||;
 namespace fs = std::filesystem;
 
 constexpr int kMostPreparing = 4;
@@ -128,8 +132,7 @@ asio::awaitable<Reply> SweepCalls::create(Call& call) {
         .with("Retry-After", "1");
   }
   const Counted counted(preparing_);
-  const auto read = [this, &call] { return prepare(call.request.body); };
-  const Prepared prepared = co_await services_.readers.run(read);
+  const Prepared prepared = co_await prepared_for(call);
   call.record.render = prepared.id;
   if (prepared.sweep->dry_run) {
     co_return json_reply(
@@ -165,7 +168,36 @@ asio::awaitable<Reply> SweepCalls::create(Call& call) {
   co_return reply;
 }
 
-// On a reader: the sweep as it was asked for, kept where it is to be made.
+// Given up where the client goes.
+asio::awaitable<SweepCalls::Prepared> SweepCalls::prepared_for(Call& call) {
+  std::stop_source gone;
+  Prepared prepared;
+  std::exception_ptr failure;
+  const auto expand = [&] {
+    try {
+      const BuildStop until(gone.get_token());
+      prepared = prepare(call.request.body);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+  };
+  const auto watch = [](Connection& client, std::stop_source& stop) -> asio::awaitable<void> {
+    co_await client.peer_gone();
+    stop.request_stop();
+  };
+  // To its end, as its captures are this call's. And without cancelling: Boost 1.81 hands that to
+  // the other thread, where it may come after the end of what it cancels.
+  const auto to_its_end = [](Workers& expanders, const auto& work) -> asio::awaitable<void> {
+    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+    co_await expanders.run(work);
+  };
+  const auto first = co_await (to_its_end(services_.expanders, expand) || watch(call.client, gone));
+  if (first.index() == 1) throw ClientGone();
+  if (failure) std::rethrow_exception(failure);
+  co_return prepared;
+}
+
+// On an expander: the sweep as it was asked for, kept where it is to be made.
 SweepCalls::Prepared SweepCalls::prepare(const std::string& body) const {
   Prepared prepared;
   const auto sweep = std::make_shared<const api::SweepRequest>(
@@ -282,7 +314,7 @@ asio::awaitable<void> SweepCalls::resume() {
   for (const fs::path& folder : co_await services_.readers.run(look)) {
     try {
       const auto read = [this, &folder] { return prepare(text_in(folder / kRecipe).value_or("")); };
-      const Prepared prepared = co_await services_.readers.run(read);
+      const Prepared prepared = co_await services_.expanders.run(read);
       if (prepared.id != folder.filename()) {
         services_.log.warning("sweep_left", {{"sweep", folder.filename().string()},
                                              {"why", "its scenes or the engine have changed"}});

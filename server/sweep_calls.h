@@ -26,7 +26,8 @@ namespace fstop::server {
 struct SweepServices {
   const api::Limits& limits;
   Log& log;
-  Workers& readers;    // read requests and files
+  Workers& readers;    // read files
+  Workers& expanders;  // make the cells of requests, which may take seconds
   RenderQueue& queue;  // of its own: one sweep at a time leads its cells through the renders'
   Jobs& jobs;
   CellServices cells;
@@ -62,6 +63,7 @@ class SweepCalls {
   boost::asio::awaitable<Reply> manifest(Call& call);
   boost::asio::awaitable<Reply> file(Call& call);
 
+  boost::asio::awaitable<Prepared> prepared_for(Call& call);
   Prepared prepare(const std::string& body) const;
   void refuse_what_costs_too_much(const Prepared& prepared) const;
   std::shared_ptr<Job> start(const Prepared& prepared, const std::string& client,
@@ -76,7 +78,7 @@ class SweepCalls {
   SweepServices services_;
   std::optional<ContentFolder> files_ = {};
   std::map<std::string, std::weak_ptr<Active>> active_ = {};  // of the I/O thread
-  int preparing_ = 0;                                         // requests on the readers now
+  int preparing_ = 0;                                         // requests on the expanders now
 };
 
 }  // namespace fstop::server
