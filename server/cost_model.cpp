@@ -21,6 +21,11 @@ constexpr double kFewestChosen = 4.0;    // samples of a pixel, whatever error i
 // planning.
 constexpr double kBytesPerPixelOfWaves = 350.0;
 constexpr double kBytesPerPixel = 150.0;
+// Of a transform that waves take: of all channels at once, or of large ones one by one.
+constexpr double kBytesPerElement = 120.0;
+constexpr double kBytesPerElementOfLarge = 40.0;
+constexpr double kLargePlane = 1.2e7;
+constexpr double kMostPlane = 6e7;  // larger ones are refused by `wave`
 constexpr double kBytesOnce = 384.0 * (1 << 20);
 
 // Logarithms, about a usual request: pixels, error, working f-number; diffraction in pixels.
@@ -35,6 +40,14 @@ struct Features {
 
 double pixels_of(const SimulationSpec& spec) {
   return static_cast<double>(spec.width) * static_cast<double>(spec.height);
+}
+
+// Transforms are as much larger than the picture as diffraction reaches, 30 Q.
+double bytes_of_waves(const SimulationSpec& spec, double diffraction_px) {
+  const double reach = 30.0 * diffraction_px;
+  const double elements = std::min(kMostPlane, (spec.width + reach) * (spec.height + reach));
+  const double each = elements > kLargePlane ? kBytesPerElementOfLarge : kBytesPerElement;
+  return std::max(kBytesPerPixelOfWaves * pixels_of(spec), each * elements);
 }
 
 Features features_of(const SimulationSpec& spec) {
@@ -224,7 +237,8 @@ api::CostPrediction CostModel::predict(const SimulationSpec& spec,
     cost.cpu_s = std::min(cost.cpu_s, 1e-3 * *quality.max_time_ms * threads_);
   cost.wall_s = cost.cpu_s / threads_;
   const bool may_be_waves = quality.method == "auto" || quality.method == "wave";
-  cost.memory_bytes = kBytesOnce + (may_be_waves ? kBytesPerPixelOfWaves : kBytesPerPixel) * pixels;
+  cost.memory_bytes = kBytesOnce + (may_be_waves ? bytes_of_waves(spec, std::exp(f.diffraction))
+                                                 : kBytesPerPixel * pixels);
   return cost;
 }
 

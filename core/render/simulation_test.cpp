@@ -342,6 +342,19 @@ TEST(Simulation, RefusesWhatNoMethodCoversOrNoCameraIs) {
   EXPECT_EQ(refusal_of(spec, scene), ErrorCode::outside_domain);
 }
 
+// Focused a tenth of a micrometre beyond f the image lies 25 km behind the lens: at 375 um a pixel
+// and f/2.8, N_w = 1.4 million, the Airy disc is 2.44 * 0.55 um * 1.4e6 / 375 um = 5,000 px wide.
+TEST(Simulation, WavesRefuseDiscsFarWiderThanThePicture) {
+  const RayScene scene(busy_scene());
+  SimulationSpec spec = small_shot(2.8);
+  std::get<LensSpec>(spec.camera.optics).focus_distance = 50.0001_mm;
+  spec.quality.samples = 1;
+  spec.quality.method = "wave";
+  EXPECT_EQ(refusal_of(spec, scene), ErrorCode::no_valid_method);
+  spec.quality.method = "auto";
+  EXPECT_NE(photograph(spec, scene).report.method, "wave");
+}
+
 TEST(Simulation, WarnsWhereDiffractionIsLeftOutBeyondTheTarget) {
   const RayScene scene(busy_scene());
   SimulationSpec spec = small_shot();

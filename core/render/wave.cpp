@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/film/square_sums.h"
+#include "core/render/layer_sink.h"
 #include "core/render/progressive.h"
 #include "core/render/wave_emitters.h"
 #include "core/render/wave_spread.h"
@@ -18,6 +19,8 @@ namespace fstop {
 namespace {
 
 constexpr int kMostLayers = 24;
+constexpr double kMostPlaneElements = 6e7;  // twice the largest picture's; 40 bytes each
+constexpr double kWidePlane = 64.0;         // elements a pixel: more than a usual picture's
 // Beyond 40 waves a disc is right to 0.165 W^(-3/4) = 0.010, as rays show it.
 constexpr double kLargestDefocusOfWaves = 500.0;
 
@@ -33,79 +36,6 @@ double disc_loss(double defocus) {
 
 // What rays get wrong of light at |U| and beyond: no more than where it would be sharp.
 double far_loss(double defocus, double q) { return std::min({1.0, disc_loss(defocus), 0.41 * q}); }
-
-// Lays samples and splats down in the layers of their depth.
-class LayerSink : public SampleSink, public SharpSplatSink {
- public:
-  LayerSink(const WaveOptics& optics, const DepthNodes& nodes, const VisibilityMask& mask,
-            const WaveSurvey& survey, LightLayers& layers)
-      : optics_(optics),
-        nodes_(nodes),
-        mask_(mask),
-        guard_(survey.guard),
-        light_reach_(survey.light_reach),
-        layers_(layers) {}
-
-  void add(int left, int top, const LaneMask& valid, const TracedPacket& packet) override {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (valid[lane] == 0) continue;
-      const Rgb light = packet.colors.get(static_cast<int>(lane));
-      if (light == Rgb{0, 0, 0}) continue;
-      const double x =
-          left + static_cast<int>(lane) % kBlockSide + static_cast<double>(packet.jitter_x[lane]);
-      const double y =
-          top + static_cast<int>(lane) / kBlockSide + static_cast<double>(packet.jitter_y[lane]);
-      lay_down(x, y, static_cast<double>(packet.depth[lane]), light);
-    }
-  }
-
-  void add(const SharpSplat& splat) override {
-    const auto x = static_cast<double>(splat.raster_x);
-    const auto y = static_cast<double>(splat.raster_y);
-    lay_down(x, y, static_cast<double>(splat.depth), splat.light);
-    const Rgb& hidden = splat.hidden;
-    if (hidden == Rgb{0, 0, 0}) return;
-    lay_down(x, y, static_cast<double>(splat.depth_behind), {-hidden[0], -hidden[1], -hidden[2]});
-  }
-
- private:
-  void lay_down(double x, double y, double depth, const Rgb& light) {
-    if (is_far_outside(x, y)) return;
-    const double defocus = optics_.defocus(depth);
-    DepthNodes::Place place = nodes_.place(defocus);
-    if (place.first < 0) {
-      if (shown_by_rays(x, y)) return;
-      place = nodes_.nearest(defocus);  // so thin that the survey missed it
-    }
-    const float second = place.second;
-    const float first = 1.0F - second;
-    layers_.add(x, y, place.first, {first * light[0], first * light[1], first * light[2]});
-    if (second == 0.0F) return;
-    layers_.add(x, y, place.first + 1, {second * light[0], second * light[1], second * light[2]});
-  }
-
-  bool is_far_outside(double x, double y) const {
-    const double left = x - guard_;
-    const double top = y - guard_;
-    return left < -light_reach_ || top < -light_reach_ || left > mask_.width + light_reach_ ||
-           top > mask_.height + light_reach_;
-  }
-
-  // Outside the frame rays answer too: the mask reaches as far as light there does.
-  bool shown_by_rays(double x, double y) const {
-    const int column = static_cast<int>(x) - guard_;
-    const int row = static_cast<int>(y) - guard_;
-    if (column < 0 || row < 0 || column >= mask_.width || row >= mask_.height) return true;
-    return mask_.covers(column, row);
-  }
-
-  const WaveOptics& optics_;
-  const DepthNodes& nodes_;
-  const VisibilityMask& mask_;
-  int guard_;
-  int light_reach_;
-  LightLayers& layers_;
-};
 
 // The noise of a mean of two halves of a spread picture: its pixels share light with their
 // neighbours, `shared` of them, so that as many fewer tell of the error.
@@ -302,15 +232,24 @@ double root_mean_square(const Image& image) {
   return std::sqrt(sum / static_cast<double>(image.pixels().size()));
 }
 
-// Films, layers and transforms of a picture this large, all at once.
-std::string memory_refusal(const Shot& shot) {
+// Films, layers and transforms of a picture this large, all at once; and the transforms of one
+// whose point spreads are far wider than itself.
+std::string memory_refusal(const Shot& shot, double q, double plane_elements) {
   constexpr double kBytesPerPixel = 300.0;  // of a picture so large that a cell is a pixel
   constexpr double kMostGigabytes = 8.0;
   const double gigabytes =
       kBytesPerPixel * shot.sensor.width * static_cast<double>(shot.sensor.height) / 1e9;
-  if (gigabytes <= kMostGigabytes) return {};
-  return plain("needs about %.0f GB of memory for a picture of this size; at most %.0f are taken",
-               gigabytes, kMostGigabytes);
+  if (gigabytes > kMostGigabytes) {
+    return plain("needs about %.0f GB of memory for a picture of this size; at most %.0f are taken",
+                 gigabytes, kMostGigabytes);
+  }
+  if (plane_elements > kMostPlaneElements) {
+    return plain(
+        "spreads light by an Airy disc of %.3g px: transforms wide enough for that have %.2g "
+        "elements; at most %.2g are taken",
+        2.44 * q, plane_elements, kMostPlaneElements);
+  }
+  return {};
 }
 
 // Light that comes from beyond the guard: at distance x from the border a share 2 Q/(pi^3 (g + x))
@@ -340,10 +279,16 @@ Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
   }
   const WaveOptics optics(shot);
   quote.refusal = optics.refusal();
-  if (quote.refusal.empty()) quote.refusal = memory_refusal(shot);
   if (!quote.refusal.empty()) return quote;
   const double tolerance = transfer_tolerance(shot.quality);
   const bool defocus = shot.effects.defocus != EffectChoice::off;
+  const double widest =
+      std::min(facts.largest_blur_px, std::abs(optics.disc_px(kLargestDefocusOfWaves)));
+  const double elements =
+      WaveSpreader::plane_elements(optics.q(), defocus ? widest : 0.0, shot.sensor.width,
+                                   shot.sensor.height, light_reach(shot, facts, optics));
+  quote.refusal = memory_refusal(shot, optics.q(), elements);
+  if (!quote.refusal.empty()) return quote;
   // Layers on both sides of the focus, and whether they reach what is most defocused.
   const double largest = defocus ? std::abs(optics.defocus_of_px(facts.largest_blur_px)) : 0.0;
   const double layers = 1.0 + 2.0 * defocus_steps(largest) / std::sqrt(tolerance / 0.01);
@@ -374,11 +319,12 @@ Quote Wave::quote(const Shot& shot, const ShotFacts& facts) const {
   }
   quote.error.rmse = loss_rmse(quote.error.effects, facts.contrast);
   // The sharp picture, the pupil where it must be sampled, and the transforms: half a ray an
-  // element, four elements a pixel.
+  // element, of which a usual picture has four a pixel.
   const double planes = 3.0 * std::min(layers, double(kMostLayers)) + 3.0;
+  const double beyond = elements > kWidePlane * facts.pixel_count ? elements : 0.0;
   quote.cost_rays = predicted_rays(facts, shot.quality.max_error, 0.1 * facts.contrast) +
                     traced * predicted_rays(facts, shot.quality.max_error, facts.contrast) +
-                    planes * 2.0 * facts.pixel_count;
+                    planes * std::max(2.0 * facts.pixel_count, 0.5 * beyond);
   return quote;
 }
 

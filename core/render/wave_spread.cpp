@@ -21,10 +21,18 @@ constexpr double kMostPlane = 8e6;
 constexpr double kLargePlane = 1.2e7;  // elements
 
 // Margin beyond the frame that the point spread without its far halo needs.
+double near_reach(double q, double largest_disc_px) {
+  return 0.75 * largest_disc_px + 30.0 * q + 8.0;
+}
 double near_reach(const WaveOptics& optics, std::span<const double> defocuses) {
   double disc = 0.0;
   for (const double u : defocuses) disc = std::max(disc, std::abs(optics.disc_px(u)));
-  return 0.75 * disc + 30.0 * optics.q() + 8.0;
+  return near_reach(optics.q(), disc);
+}
+
+// Pixels of one side of a transform.
+double padded_side(int side, int guard, double reach) {
+  return std::max(side + 2.0 * guard, side + guard + reach);
 }
 
 // tan^2 of the largest angle at which the frame and its guard see light; 0 for a lens.
@@ -44,6 +52,13 @@ int WaveSpreader::cells_for(double q, int width, int height) {
   return cells;
 }
 
+double WaveSpreader::plane_elements(double q, double largest_disc_px, int width, int height,
+                                    int guard) {
+  const double reach = near_reach(q, largest_disc_px);
+  const double cells = cells_for(q, width, height);
+  return padded_side(width, guard, reach) * padded_side(height, guard, reach) * cells * cells;
+}
+
 WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, const Frame& frame,
                            double tolerance, const RunControl& run)
     : optics_(optics),
@@ -53,7 +68,7 @@ WaveSpreader::WaveSpreader(const WaveOptics& optics, const DepthNodes& nodes, co
       tolerance_(tolerance) {
   const double reach = near_reach(optics, nodes.defocuses());
   const auto padded = [&](int side) {
-    const double least = std::max(side + 2.0 * frame.guard, side + frame.guard + reach);
+    const double least = padded_side(side, frame.guard, reach);
     return fast_transform_length(static_cast<int>(std::ceil(least * frame.cells)));
   };
   plane_width_ = padded(frame.width);

@@ -67,6 +67,8 @@ class WaveSpreader {
 
   /// Cells along a pixel: more for point spreads that are narrow, fewer for large pictures.
   static int cells_for(double q, int width, int height);
+  /// About the elements of one transform: `largest_disc_px` of what waves show; others as Frame.
+  static double plane_elements(double q, double largest_disc_px, int width, int height, int guard);
 
  private:
   struct Region;

@@ -21,13 +21,6 @@ int pixel_in(double at, int end, int unknown) {
   return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(end)));
 }
 
-int light_reach(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics) {
-  const double halo = 13.0 * optics.q() * std::sqrt(0.01 / shot.quality.max_error);
-  const double wanted = 0.5 * facts.largest_blur_px + halo + kMargin;
-  const double most = 0.5 * std::max(shot.sensor.width, shot.sensor.height) + kMargin;
-  return static_cast<int>(std::ceil(std::min(wanted, most)));
-}
-
 class CentreRays {
  public:
   CentreRays(const Shot& shot, const WaveOptics& optics, WaveSurvey& survey)
@@ -226,6 +219,13 @@ void see_objects(const Shot& shot, const WaveOptics& optics, WaveSurvey& survey)
 }
 
 }  // namespace
+
+int light_reach(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics) {
+  const double halo = 13.0 * optics.q() * std::sqrt(0.01 / shot.quality.max_error);
+  const double wanted = 0.5 * facts.largest_blur_px + halo + kMargin;
+  const double most = 0.5 * std::max(shot.sensor.width, shot.sensor.height) + kMargin;
+  return static_cast<int>(std::ceil(std::min(wanted, most)));
+}
 
 WaveSurvey wave_survey(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics,
                        const RunControl& run) {

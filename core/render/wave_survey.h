@@ -22,6 +22,10 @@ struct WaveSurvey {
   std::uint64_t rays = 0;
 };
 
+/// Pixels beyond the frame from where light is kept: as far as blur and diffraction bring it within
+/// the error that may be, at most half the frame's longer side.
+int light_reach(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics);
+
 /// Traces one ray a pixel. The guard takes the largest geometric disc's radius and diffraction's
 /// halo down to where what lies beyond matters little; at most half the frame's longer side.
 WaveSurvey wave_survey(const Shot& shot, const ShotFacts& facts, const WaveOptics& optics,
