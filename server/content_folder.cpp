@@ -72,9 +72,13 @@ bool ContentFolder::has(const CellFile& file) const {
          static_cast<std::uint64_t>(facts.st_size) == file.bytes;
 }
 
+bool ContentFolder::is_whole(const CellFile& file) {
+  return has(file) && get(file.sha256).has_value();
+}
+
 std::string ContentFolder::put(std::string_view bytes) {
   std::string hash = api::sha256_hex(bytes);
-  if (has({.name = "", .sha256 = hash, .bytes = bytes.size()})) return hash;
+  if (is_whole({.name = "", .sha256 = hash, .bytes = bytes.size()})) return hash;
   const fs::path file = path_of(hash);
   make_folder_durably(file.parent_path());
   write_durably(file.string(), bytes);

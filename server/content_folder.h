@@ -24,6 +24,8 @@ class ContentFolder : public ContentStore {
   std::filesystem::path path_of(std::string_view sha256) const;
   /// Whether they are there, by their number: what is written is written whole.
   bool has(const CellFile& file) const;
+  /// Whether they are there and what their hash says: reads them.
+  bool is_whole(const CellFile& file);
 
  private:
   std::filesystem::path folder_;

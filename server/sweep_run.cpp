@@ -69,7 +69,7 @@ std::vector<SweepCell> SweepRun::missing() {
   std::vector<bool> is_there(sweep_.cells.size(), false);
   for (const std::uint32_t index : state_.recorded()) {
     const std::optional<CellOutcome> outcome = state_.outcome(index);
-    const auto is_whole = [&](const CellFile& file) { return files_.has(file); };
+    const auto is_whole = [&](const CellFile& file) { return files_.is_whole(file); };
     if (outcome && index < is_there.size() && std::ranges::all_of(outcome->files, is_whole)) {
       is_there[index] = true;
     } else {

@@ -115,6 +115,15 @@ TEST_F(SweepProgram, RepeatsNothingAndMakesAnewWhatIsGone) {
   EXPECT_EQ(summary_of(mended).at("made"), 1) << mended.output;
   EXPECT_EQ(manifest("out"), before);
   expect_whole("out");
+  // As many bytes, one of them another.
+  const fs::path kept = folder_.path() / "out/files" / hash.substr(0, 2) / hash.substr(2);
+  std::string bytes = text_of_file(kept);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  folder_.write("out/files/" + hash.substr(0, 2) + "/" + hash.substr(2), bytes);
+  fs::remove(folder_.path() / "out/manifest.json");
+  EXPECT_EQ(summary_of(run_fstop(sweep_into("out"))).at("made"), 1);
+  EXPECT_EQ(manifest("out"), before);
+  expect_whole("out");
   folder_.write("elsewhere/recipe.json", recipe(3));
   folder_.write("elsewhere/scenes/tiny/scene.json",
                 text_of_file(folder_.path() / "scenes/tiny/scene.json"));

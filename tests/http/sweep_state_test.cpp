@@ -91,6 +91,9 @@ TEST(ContentFolder, KeepsBytesByTheirHash) {
   EXPECT_EQ(folder.files(), 3);
   folder.write("store/" + hash.substr(0, 2) + "/" + hash.substr(2), "hollo");
   EXPECT_EQ(store.get(hash), std::nullopt) << "damaged";
+  EXPECT_FALSE(store.is_whole({.name = "", .sha256 = hash, .bytes = 5}));
+  EXPECT_EQ(store.put("hello"), hash) << "written anew";
+  EXPECT_TRUE(store.is_whole({.name = "", .sha256 = hash, .bytes = 5}));
 }
 
 // Has no room for the first `refusals` attempts.
