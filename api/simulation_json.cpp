@@ -265,7 +265,7 @@ void require_square_pixels(ObjectReader& image, const ImageSpec& size, const Cam
   } catch (const Error&) {
     image.fault("must have square pixels: on this sensor " + std::to_string(size.width) +
                 " pixels of width need " + number_text(height) + " of height, not " +
-                std::to_string(size.height));
+                std::to_string(size.height) + "; camera.sensor_mm gives it another shape");
   }
 }
 

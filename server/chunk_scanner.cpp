@@ -79,7 +79,8 @@ bool ChunkScanner::lines_are_whole() const {
 void ChunkScanner::judge_size(char c) {
   const int digit = hex_value(c);
   if (digit < 0) {
-    if (digits_ == 0) throw bad_framing("a chunk's size is a hexadecimal number");
+    const bool may_follow = c == '\r' || c == ';' || c == ' ' || c == '\t';
+    if (digits_ == 0 || !may_follow) throw bad_framing("a chunk's size is a hexadecimal number");
     place_ = Place::extension;
     return judge_extension(c);
   }

@@ -20,6 +20,19 @@
 namespace fstop::server {
 namespace {
 
+// CLI11's own name their upper end, in 300 digits.
+CLI::Validator at_least(double least, bool or_equal, const std::string& words) {
+  const auto fault = [least, or_equal, words](const std::string& text) -> std::string {
+    double value = 0.0;
+    const bool is_number = CLI::detail::lexical_cast(text, value);
+    if (is_number && (value > least || (or_equal && value == least))) return {};
+    return "must be a " + words + ", not " + text;
+  };
+  return CLI::Validator(fault, "");
+}
+CLI::Validator not_negative() { return at_least(0.0, true, "number of at least 0"); }
+CLI::Validator positive() { return at_least(0.0, false, "number above 0"); }
+
 constexpr int kFailed = 1;
 constexpr int kRefused = 2;
 constexpr const char* kSplitHelp =
@@ -143,7 +156,7 @@ void add_render(CommandLine& line) {
   command->add_option("--report", options.report, "file for the report, else standard output");
   command->add_option("--threads", options.threads, "that render; 0: one for each processor")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative());
   command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
   line.render_command = command;
 }
@@ -157,7 +170,7 @@ void add_composite(CommandLine& line) {
   command->add_option("--report", options.report, "file for the report, else standard output");
   command->add_option("--threads", options.threads, "that render; 0: one for each processor")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative());
   command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
   line.composite_command = command;
 }
@@ -171,7 +184,7 @@ void add_chart(CommandLine& line) {
   command->add_option("--out", options.out, "file for the drawing (.svg) or the numbers (.json)");
   command->add_option("--threads", options.threads, "that render; 0: one for each processor")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative());
   command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
   command->add_flag("--progress", options.progress,
                     "tell progress on standard error; to a terminal it is always told");
@@ -207,7 +220,7 @@ void add_sweep_options(CLI::App* command, SweepOptions& options) {
   command->add_flag("--dry-run", options.dry_run, "tell cells and predicted cost, make nothing");
   command->add_option("--threads", options.threads, "that render; 0: one for each processor")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative());
   command->add_option("--scenes,--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
   command->add_option("--queue", options.remote.queue,
                       "nats://host[:port]: made by fstop worker there, instead of here");
@@ -229,7 +242,7 @@ void add_sweep(CommandLine& line) {
       line.app.add_subcommand("dataset", "images of scenes at random, with depth and blur");
   line.dataset_command->add_option("--count", options.count, "images")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   line.dataset_command->add_option("--seed", options.seed, "of scenes, cameras and noise")
       ->capture_default_str();
   line.dataset_command
@@ -247,7 +260,7 @@ void add_source(CLI::App* command, PictureSourceOptions& options) {
   command->add_option("--token-file", options.token_file, "file with the server's token");
   command->add_option("--threads", options.threads, "that render here; 0: one for each processor")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative());
   command->add_option("--scenes-dir", options.scenes_dir, "instead of the bundled scenes");
 }
 
@@ -325,7 +338,7 @@ void add_commands(CommandLine& line) {
       ->required();
   line.sign_command->add_option("--valid-s", line.sign.valid_s, "seconds from now")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   line.read_scene_command = line.app.add_subcommand("read-scene", "what the server runs apart");
   line.read_scene_command->group("");  // of no use by hand
   line.read_scene_command->add_option("name", line.scene_name, "of the scene")->required();

@@ -100,8 +100,10 @@ std::shared_ptr<Job> Jobs::look_up(const std::string& name) {
 
 std::shared_ptr<Job> Jobs::find(const std::string& name) {
   if (auto job = look_up(name)) return job;
-  throw Refusal(http::status::not_found, "not-found",
-                "there is no such job, or it ended too long ago");
+  throw Refusal(
+      http::status::not_found, "not-found",
+      "there is no such job: it ended too long ago, or the server has begun anew since. What was "
+      "asked for can be asked for again: finished renders are kept");
 }
 
 // Until the render has ended, the client's time has run out or the job was withdrawn.

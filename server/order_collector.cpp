@@ -123,6 +123,7 @@ bool OrderCollector::take(const NatsQueue::Entry& entry) {
     services_.log.warning("outcome_malformed", {{"cell", key}, {"why", invalid.what()}});
   }
   if (!outcome || outcome->index != cell_index(key) || !calls_.take(key, *outcome)) {
+    ++lost_;
     make_again(key);
     return false;
   }
@@ -133,7 +134,8 @@ bool OrderCollector::take(const NatsQueue::Entry& entry) {
 
 // Of a store that has been lost since, or of nobody.
 void OrderCollector::make_again(const std::string& key) {
-  services_.log.warning("outcome_lost", {{"cell", key}});
+  services_.log.warning("outcome_lost",
+                        {{"cell", key}, {"why", "its files are not in this server's store"}});
   services_.queue.remove(Bucket::outcomes, key);
   services_.queue.remove(Bucket::attempts, key);
   published_.erase(key);
@@ -160,6 +162,8 @@ void OrderCollector::look_around() {
     if (what.find(waits_for) == std::string::npos) what += (what.empty() ? "" : "; ") + waits_for;
   }
   if (what.empty() && depth.in_hand == 0 && depth.idle == 0) what = "workers";
+  if (what.empty() && lost_ > 0) what = "workers whose --results names this server";
+  lost_ = 0;
   tell(what);
 }
 

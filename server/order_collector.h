@@ -71,6 +71,7 @@ class OrderCollector {
   std::set<std::string> published_ = {};  // in the queue or in hand
   std::string generation_ = {};
   std::string told_ = {};
+  int lost_ = 0;  // outcomes without their files, since it was told what is waited for
 };
 
 }  // namespace fstop::server
