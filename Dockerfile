@@ -17,7 +17,7 @@ FROM debian:12-slim
 # The libraries that the program names (objdump -p fstop | grep NEEDED); theirs follow by themselves.
 RUN apt-get update \
  && apt-get install --yes --no-install-recommends \
-      libboost-url1.81.0 libembree3-3 libfmt9 libnats3.4 libopencv-core406 libopenimageio2.4 libspdlog1.10 \
+      libboost-url1.81.0 libembree3-3 libfmt9 libnats3.4 libopencv-core406 libopencv-imgproc406 libopenimageio2.4 libspdlog1.10 \
       libsqlite3-0 libssl3 libtbb12 libtinygltf2d libwebp7 zlib1g \
  && rm -rf /var/lib/apt/lists/* \
  && useradd --uid 10001 --user-group --no-create-home --home-dir /var/lib/fstop --shell /usr/sbin/nologin fstop \
