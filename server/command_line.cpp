@@ -31,6 +31,12 @@ CLI::Validator at_least(double least, bool or_equal, const std::string& words) {
   return CLI::Validator(fault, "");
 }
 CLI::Validator not_negative() { return at_least(0.0, true, "number of at least 0"); }
+CLI::Validator not_empty() {
+  const auto fault = [](const std::string& text) -> std::string {
+    return text.empty() ? "must not be empty" : "";
+  };
+  return CLI::Validator(fault, "");
+}
 CLI::Validator positive() { return at_least(0.0, false, "number above 0"); }
 
 constexpr int kFailed = 1;
@@ -293,7 +299,9 @@ void add_baseline(CommandLine& line) {
   command->require_subcommand(1);
   line.accept_command = command->add_subcommand("accept", "accept what is rendered now");
   add_baseline_options(line.accept_command, options);
-  line.accept_command->add_option("--who", options.who, "accepts it")->required();
+  line.accept_command->add_option("--who", options.who, "accepts it")
+      ->required()
+      ->check(not_empty());
   line.accept_command->add_option("--why", options.why, "it is accepted")->required();
   line.accept_command
       ->add_option("--replicates", options.replicates, "of other seeds, that tell the noise")
