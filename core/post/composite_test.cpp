@@ -60,11 +60,12 @@ TEST(Composite, StraightColourIsMultipliedByItsAlphaOnce) {
 }
 
 TEST(Composite, OverlayTakesWhatIsNotZero) {
-  Image top(3, 1, 4), bottom(3, 1, 4);
-  top.pixels() = {0, 0, 0, 1, 0, 0.125F, 0, 0, 1, 1, 1, 0.5F};
+  Image top(4, 1, 4), bottom(4, 1, 4);
+  top.pixels() = {0, 0, 0, 1, 0, 0.125F, 0, 0, 1, 1, 1, 0.5F, 0, 0, 0.25F, 1};
   for (float& value : bottom.pixels()) value = 0.75F;
   EXPECT_EQ(overlay_where_not_zero(top, bottom).pixels(),
-            (std::vector<float>{0.75F, 0.75F, 0.75F, 0.75F, 0, 0.125F, 0, 0, 1, 1, 1, 0.5F}));
+            (std::vector<float>{0.75F, 0.75F, 0.75F, 0.75F, 0, 0.125F, 0, 0, 1, 1, 1, 0.5F, 0, 0,
+                                0.25F, 1}));
   const Image a = exact_layer(4);
   EXPECT_EQ(overlay_where_not_zero(Image(16, 8, 4), a), a);
 }

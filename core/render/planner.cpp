@@ -120,7 +120,8 @@ ModelledEffect branches_of(const Shot& shot, const ShotFacts& facts) {
           .modelled = followed,
           .bound = facts.branch_error,
           .why = followed ? "followed until a branch counts less than " + rounded(kSmallestBranch) +
-                                " or lies " + std::to_string(kDeepestBranch) + " deep"
+                                " or lies " + std::to_string(kDeepestBranch) +
+                                " deep; what that hides is taken as white at most"
                           : "left out, as illumination local says: not part of the error"};
 }
 

@@ -235,7 +235,10 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
   // What was cut in the picture says more than what might be cut of any path.
   ShotFacts told = facts;
   if (outcome.cut_rmse) {
-    told.branch_error = std::min(told.branch_error, *outcome.cut_rmse);
+    // Of textures' albedos, which may pass 1, global light's bound knows nothing.
+    told.branch_error = shot.illumination == Illumination::global
+                            ? *outcome.cut_rmse
+                            : std::min(told.branch_error, *outcome.cut_rmse);
     told.forks = false;
   }
   // The finished image knows its own contrast and detail better than the probe did.

@@ -86,7 +86,11 @@ double texture_lookup_width(const QualitySpec& quality) {
 }
 
 double texture_detail_rmse(const Image& image, double width, const RunControl& run) {
-  return 0.5 * (width * width / 4.0) * curvature_of(image, run);
+  const double told = std::min(1.0, 0.5 * (width * width / 4.0) * curvature_of(image, run));
+  // A picture that is blurred so widely shows little of what it has lost. No mean of values from 0
+  // to 1 is farther from them than half.
+  constexpr double kWidestThatTells = 2.0;  // px
+  return width > kWidestThatTells ? std::max(told, 0.5) : told;
 }
 
 double texture_detail_rmse(const Image& image, double width, double disc_share, const Image& coc,

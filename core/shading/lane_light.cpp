@@ -86,14 +86,14 @@ struct LaneIncidence {
   LaneLight& out;
 
   void operator()(const DirectionalLight& light) const {
-    const Vec3f l = normalized(-to_float(light.direction));
+    const Vec3f l = to_float(normalized(light.direction * -1.0));
     if (has_avx512()) return from_afar_wide(l, out);
     from_afar(l, out);
   }
   void operator()(const PointLight& light) const { point(light.position, light.attenuation); }
   void operator()(const SpotLight& light) const {
     point(light.position, light.attenuation);
-    const Vec3f beam = normalized(to_float(light.direction));
+    const Vec3f beam = to_float(normalized(light.direction));
     const auto exponent = static_cast<float>(light.exponent);
     if (has_avx512()) return narrow_beam_wide(beam, exponent, out);
     narrow_beam(beam, exponent, out);

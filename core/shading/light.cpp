@@ -28,7 +28,7 @@ struct Incidence {
   float v = 0.0F;
 
   IncidentLight operator()(const DirectionalLight& light) const {
-    return {.to_light = normalized(-to_float(light.direction)),
+    return {.to_light = to_float(normalized(light.direction * -1.0)),
             .distance = kFar,
             .intensity = intensity};
   }
@@ -38,7 +38,7 @@ struct Incidence {
   IncidentLight operator()(const SpotLight& light) const {
     IncidentLight result =
         from_point(to_float(light.position), light.attenuation, intensity, position);
-    const float cosine = -dot(result.to_light, normalized(to_float(light.direction)));
+    const float cosine = -dot(result.to_light, to_float(normalized(light.direction)));
     const auto exponent = static_cast<float>(light.exponent);
     // max(0, cos)^n also for n = 0: nothing behind the lamp.
     const float angular = cosine > 0.0F ? std::pow(cosine, exponent) : 0.0F;

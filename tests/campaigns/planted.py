@@ -72,7 +72,7 @@ def main() -> None:
          "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", f"-DFSTOP_ORACLE_DIR={options.oracle}")
 
     wanted = collections.defaultdict(list)
-    for *_, program, tests in chosen:
+    for *_, program, tests in chosen[options.first - 1:]:
         wanted[program] += [test for test in tests if test not in wanted[program]]
     must("ninja", "-C", BUILD, *wanted)
     for program, tests in wanted.items():

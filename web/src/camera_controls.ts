@@ -1,5 +1,5 @@
 import { LitElement, css, html, nothing } from "lit";
-import type { TemplateResult } from "lit";
+import type { PropertyValues, TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { live } from "lit/directives/live.js";
 import "./body_controls.ts";
@@ -66,9 +66,14 @@ export class CameraControls extends LitElement {
     `,
   ];
 
-  override willUpdate(): void {
+  override willUpdate(changed: PropertyValues<this>): void {
     const focus_m = this.state.focus_distance_m;
     if (focus_m !== "infinity") this.last_finite_focus_m_ = focus_m;
+    // A text that is no number stands until the value changes, by whatever.
+    const before = changed.get("state");
+    if (before === undefined || this.drafts_.size === 0) return;
+    const kept = [...this.drafts_].filter(([field]) => before[field] === this.state[field]);
+    if (kept.length < this.drafts_.size) this.drafts_ = new Map(kept);
   }
 
   override render(): TemplateResult {

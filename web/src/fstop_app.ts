@@ -19,7 +19,7 @@ import type { PageState } from "./page_state.ts";
 import { kTabs, tab_body, tab_row } from "./page_tabs.ts";
 import type { Tab } from "./page_tabs.ts";
 import "./picture_panel.ts";
-import { kNoPicture, patiently, picture_updates } from "./picture_updates.ts";
+import { kNoPicture, patiently, picture_updates, pause } from "./picture_updates.ts";
 import type { PictureView } from "./picture_updates.ts";
 import { PreviewPace } from "./preview_pace.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
@@ -31,6 +31,8 @@ import { description_of, summary_of } from "./words.ts";
 type Side = "a" | "b";
 
 /// The playground: keeps the state, asks the server for its pictures and its numbers.
+const kAskAgainMs = 1000;
+
 @customElement("fstop-app")
 export class FstopApp extends LitElement {
   private readonly address_ = new Address(window);
@@ -43,6 +45,7 @@ export class FstopApp extends LitElement {
   @state() private a_: PictureView = kNoPicture;
   @state() private b_: PictureView = kNoPicture;
   @state() private optics_: OpticsView = kNoOptics;
+  private wanted_: Tab = "optics";
   @state() private tab_: Tab = this.page_.experiment === "" ? "optics" : "experiments";
 
   private readonly pace_ = new PreviewPace();
@@ -209,7 +212,18 @@ export class FstopApp extends LitElement {
   }
 
   private async open_(tab: Tab): Promise<void> {
-    await kTabs[tab].load();
+    this.wanted_ = tab;
+    // The server may be away: its page is asked for again until it comes, or another is wanted.
+    for (;;) {
+      try {
+        await kTabs[tab].load();
+        break;
+      } catch {
+        await pause(kAskAgainMs, this.leaving_.signal).catch(() => undefined);
+      }
+      if (this.wanted_ !== tab || this.leaving_.signal.aborted) return;
+    }
+    if (this.wanted_ !== tab) return;
     this.tab_ = tab;
     if (tab !== "experiments" && this.page_.experiment !== "")
       this.settle_({ ...this.page_, experiment: "" });

@@ -45,7 +45,7 @@ export class PlotsPanel extends LitElement {
   @state() private share_: number | undefined;
   @state() private message_ = "";
   @state() private measuring_ = "";
-  private asked_ = "";
+  @state() private asked_ = "";
 
   private readonly task_ = new LatestTask<Question>(async (question, signal) => {
     await this.ask_(question, signal);
