@@ -73,6 +73,14 @@ double detail_bound(const Photograph& photograph) {
   return 0.0;
 }
 
+// A checkerboard averaged over many squares is grey: the picture shows nothing of what it has lost.
+TEST(TextureDetail, WhatIsBlurredAwayIsTold) {
+  Image grey(8, 8, 3);
+  for (float& value : grey.pixels()) value = 0.5F;
+  EXPECT_EQ(texture_detail_rmse(grey, 16.0, {}), 0.5);
+  EXPECT_EQ(texture_detail_rmse(grey, 1.0, {}), 0.0);
+}
+
 // On one plane across the axis the disc has one width: in pixels, what the optics say.
 TEST(TextureDisc, OnOnePlaneItIsSoManyPixels) {
   const RayScene scene(board(kFar));
