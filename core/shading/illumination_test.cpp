@@ -97,12 +97,11 @@ TEST(Illumination, SpotLightFallsWithTheCosineToItsExponent) {
 TEST(Illumination, DirectionalLightHasNoAttenuation) {
   Scene scene = lit_wall(ShadingModel::phong, 1.0);
   scene.lights = {{.kind = DirectionalLight{.direction = {-6, 0, -8}}, .intensity = {1, 1, 1}}};
-  expect_color(radiance(scene, {0, 0, 0}, {0, 0, -1}),
-               {0.03F + 0.4F + 0.24F, 0.04F + 0.2F + 0.24F, 0.08F + 0.24F});
+  const Rgb expected = {0.03F + 0.4F + 0.24F, 0.04F + 0.2F + 0.24F, 0.08F + 0.24F};
+  expect_color(radiance(scene, {0, 0, 0}, {0, 0, -1}), expected);
   // Of any length: single precision does not hold the square of 1e-30.
-  const Rgb seen = radiance(scene, {0, 0, 0}, {0, 0, -1});
   scene.lights[0].kind = DirectionalLight{.direction = {-6e-30, 0, -8e-30}};
-  expect_color(radiance(scene, {0, 0, 0}, {0, 0, -1}), seen);
+  expect_color(radiance(scene, {0, 0, 0}, {0, 0, -1}), expected);
 }
 
 TEST(Illumination, BothSidesOfASurfaceAreLit) {

@@ -30,9 +30,9 @@ import { description_of, summary_of } from "./words.ts";
 
 type Side = "a" | "b";
 
-/// The playground: keeps the state, asks the server for its pictures and its numbers.
 const kAskAgainMs = 1000;
 
+/// The playground: keeps the state, asks the server for its pictures and its numbers.
 @customElement("fstop-app")
 export class FstopApp extends LitElement {
   private readonly address_ = new Address(window);
@@ -45,7 +45,7 @@ export class FstopApp extends LitElement {
   @state() private a_: PictureView = kNoPicture;
   @state() private b_: PictureView = kNoPicture;
   @state() private optics_: OpticsView = kNoOptics;
-  private wanted_: Tab = "optics";
+  private wanted_: Tab = "optics"; // the tab that was asked for last
   @state() private tab_: Tab = this.page_.experiment === "" ? "optics" : "experiments";
 
   private readonly pace_ = new PreviewPace();
