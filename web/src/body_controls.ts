@@ -11,6 +11,7 @@ import { kDefaultState, number_of } from "./state.ts";
 import type { Exposure, PlaygroundState, StateChange } from "./state.ts";
 import { kIsoSpeeds, kShutterTimes } from "./third_stops.ts";
 import type { StopScale } from "./third_stops.ts";
+import { TypedTexts } from "./typed_texts.ts";
 
 const kBlades = [0, 5, 6, 7, 8, 9, 11];
 const kExposureTexts: Readonly<Record<Exposure, string>> = {
@@ -29,6 +30,8 @@ const kSpectra: Readonly<Record<PlaygroundState["spectrum"], string>> = {
 export class BodyControls extends LitElement {
   @property({ attribute: false }) state: PlaygroundState = kDefaultState;
   @property({ attribute: false }) faults: FieldFaults = new Map();
+
+  private readonly typed_ = new TypedTexts(this);
 
   static override styles = [
     kBaseStyles,
@@ -170,11 +173,11 @@ export class BodyControls extends LitElement {
           field,
           caption,
           unit,
-          text: String(this.state[field]),
+          text: this.typed_.text(field) ?? String(this.state[field]),
           faults: this.faults_of_(field),
           on_text: (text) => {
             const value = number_of(text);
-            if (value === undefined) this.requestUpdate();
+            if (value === undefined) this.typed_.keep(field, text);
             else this.change_({ [field]: value });
           },
         })}</label
@@ -183,10 +186,11 @@ export class BodyControls extends LitElement {
   }
 
   private faults_of_(field: Field): readonly string[] {
-    return this.faults.get(field) ?? [];
+    return this.typed_.faults(field);
   }
 
   private change_(change: StateChange, settled = true): void {
+    this.typed_.drop(Object.keys(change));
     this.dispatchEvent(new StateChangeEvent(change, settled));
   }
 }

@@ -1,6 +1,6 @@
 import { LitElement, css, html, nothing } from "lit";
-import type { PropertyValues, TemplateResult } from "lit";
-import { customElement, property, state } from "lit/decorators.js";
+import type { TemplateResult } from "lit";
+import { customElement, property } from "lit/decorators.js";
 import { live } from "lit/directives/live.js";
 import "./body_controls.ts";
 import { StateChangeEvent } from "./changes.ts";
@@ -13,6 +13,7 @@ import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
 import { distance_of, kCriteria, kDefaultState, number_of } from "./state.ts";
 import type { PlaygroundState, StateChange } from "./state.ts";
 import { f_number_of_step, kLastThirdStop, nominal_label } from "./third_stops.ts";
+import { TypedTexts } from "./typed_texts.ts";
 
 const kFocalLengths_mm = [14, 20, 24, 28, 35, 50, 85, 105, 135, 200];
 const kQualities = [
@@ -31,9 +32,7 @@ export class CameraControls extends LitElement {
   /// What the server takes for "optimal", to start from when a number is wanted instead.
   @property({ attribute: false }) optimal_diameter_mm = 0.35;
 
-  /// Typed texts that are no value; they stay as typed until they are, or the value changes.
-  @state() private drafts_: ReadonlyMap<Field, string> = new Map();
-
+  private readonly typed_ = new TypedTexts(this);
   /// Where the focus goes when infinity is unticked.
   private last_finite_focus_m_ = 2;
   private light_is_open_ = false;
@@ -66,14 +65,9 @@ export class CameraControls extends LitElement {
     `,
   ];
 
-  override willUpdate(changed: PropertyValues<this>): void {
+  override willUpdate(): void {
     const focus_m = this.state.focus_distance_m;
     if (focus_m !== "infinity") this.last_finite_focus_m_ = focus_m;
-    // A text that is no number stands until the value changes, by whatever.
-    const before = changed.get("state");
-    if (before === undefined || this.drafts_.size === 0) return;
-    const kept = [...this.drafts_].filter(([field]) => before[field] === this.state[field]);
-    if (kept.length < this.drafts_.size) this.drafts_ = new Map(kept);
   }
 
   override render(): TemplateResult {
@@ -246,6 +240,7 @@ export class CameraControls extends LitElement {
           )}
         </div>
         ${optimal ? this.criterion_() : nothing}
+        ${fault_list("criterion", this.faults_of_("criterion"))}
         ${fault_list("diameter_mm", this.faults_of_("diameter_mm"))}
       </div>
       <div class="field">
@@ -308,25 +303,22 @@ export class CameraControls extends LitElement {
       field,
       caption,
       unit: value === "infinity" || value === "optimal" ? "" : unit,
-      text: this.drafts_.get(field) ?? (value === "infinity" ? "∞" : String(value)),
+      text: this.typed_.text(field) ?? (value === "infinity" ? "∞" : String(value)),
       faults: this.faults_of_(field),
       on_text: (text) => {
         const change = change_of(text);
-        if (change === undefined) this.drafts_ = new Map(this.drafts_).set(field, text);
+        if (change === undefined) this.typed_.keep(field, text);
         else this.change_(change);
       },
     });
   }
 
   private faults_of_(field: Field): readonly string[] {
-    const draft = this.drafts_.get(field);
-    return draft === undefined ? (this.faults.get(field) ?? []) : [`"${draft}" is not a number`];
+    return this.typed_.faults(field);
   }
 
   private change_(change: StateChange, settled = true): void {
-    const drafts = new Map(this.drafts_);
-    for (const field of Object.keys(change)) drafts.delete(field as Field);
-    this.drafts_ = drafts;
+    this.typed_.drop(Object.keys(change));
     this.dispatchEvent(new StateChangeEvent(change, settled));
   }
 }

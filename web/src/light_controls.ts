@@ -10,6 +10,7 @@ import { kDefaultState, kFilters, kHalftones, kIlluminations } from "./state.ts"
 import { kInterpolations, kShadings, number_of } from "./state.ts";
 import type { PlaygroundState, StateChange } from "./state.ts";
 import { kShutterTimes } from "./third_stops.ts";
+import { TypedTexts } from "./typed_texts.ts";
 
 const kSamples = [0, 1, 4, 16, 64];
 const kIlluminationTexts: Readonly<Record<PlaygroundState["illumination"], string>> = {
@@ -26,6 +27,8 @@ type Choices = readonly (readonly [string, string])[];
 export class LightControls extends LitElement {
   @property({ attribute: false }) state: PlaygroundState = kDefaultState;
   @property({ attribute: false }) faults: FieldFaults = new Map();
+
+  private readonly typed_ = new TypedTexts(this);
 
   static override styles = [
     kBaseStyles,
@@ -117,11 +120,11 @@ export class LightControls extends LitElement {
           field,
           caption,
           unit,
-          text: String(this.state[field]),
+          text: this.typed_.text(field) ?? String(this.state[field]),
           faults: this.faults_of_(field),
           on_text: (text) => {
             const value = number_of(text);
-            if (value === undefined) this.requestUpdate();
+            if (value === undefined) this.typed_.keep(field, text);
             else this.change_({ [field]: value });
           },
         })}</label
@@ -130,10 +133,11 @@ export class LightControls extends LitElement {
   }
 
   private faults_of_(field: Field): readonly string[] {
-    return this.faults.get(field) ?? [];
+    return this.typed_.faults(field);
   }
 
   private change_(change: StateChange, settled = true): void {
+    this.typed_.drop(Object.keys(change));
     this.dispatchEvent(new StateChangeEvent(change, settled));
   }
 }
