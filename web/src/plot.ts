@@ -5,12 +5,18 @@ import type { TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { save_text, standalone_svg } from "./files.ts";
 import { quantity } from "./format.ts";
+import { box_along, fitting, words_above } from "./plot_labels.ts";
+import type { Box, Drawn } from "./plot_labels.ts";
 import { csv_of, domain_of, table_of } from "./plot_spec.ts";
-import type { Axis, PlotSpec, Series } from "./plot_spec.ts";
+import type { Axis, Mark, PlotSpec, Series } from "./plot_spec.ts";
 import { kPlotStyles } from "./plot_styles.ts";
 import { kBaseStyles } from "./shared_styles.ts";
 
-const kMargin_rem = { top: 0.8, right: 1.1, bottom: 2.95, left: 3.9 };
+const kMargin_rem = { top: 2.1, right: 1.1, bottom: 3.1, left: 3.6 };
+const kLetter_rem = 0.8; // as in plot_styles.ts
+const kName_rem = 0.85;
+const kRow_rem = 1.15; // of words above the plot
+const kSymbol_px = 12; // stand within the plot's edges
 const kShapes = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond];
 const kShortMinus = "\u2212";
 
@@ -62,16 +68,17 @@ export class Plot extends LitElement {
   private drawing_(spec: PlotSpec): TemplateResult {
     // Letters are as large as the page's, and so are the margins that hold them.
     const rem = Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
-    const margin = margins(rem);
-    const width = Math.min(this.width_, 60 * rem);
-    const height = Math.round(Math.min(Math.max(0.5 * width, 15 * rem), 25 * rem));
-    const right = width - margin.right;
-    const bottom = height - margin.bottom;
-    const points = spec.series.flatMap((one) => one.points);
-    const of = (axis: "x" | "y"): number[] =>
-      spec.marks.filter((mark) => mark.axis === axis).map(({ at }) => at);
-    const x = scale(spec.x, [...points.map(([at]) => at), ...of("x")], [margin.left, right]);
-    const y = scale(spec.y, [...points.map(([, at]) => at), ...of("y")], [bottom, margin.top]);
+    const frame = frame_of(spec, Math.min(this.width_, 60 * rem), rem);
+    const { width, height, room } = frame;
+    const { x, y } = scales(spec, room);
+    const ruler = ruler_of(getComputedStyle(this).fontFamily, rem);
+    const choices = tick_choices(spec.x, x, width < 420 ? 4 : 8);
+    const x_ticks = fitting(choices, x, (tick) => ruler(tick_text(tick), kLetter_rem));
+    const [y_ticks = []] = tick_choices(spec.y, y, 6);
+    const name_x = Math.min(
+      (room.left + room.right) / 2,
+      width - ruler(spec.x.caption, kName_rem) / 2,
+    );
     return html`<svg
       class="plot"
       width=${width}
@@ -80,28 +87,17 @@ export class Plot extends LitElement {
       role="img"
       aria-label="${spec.title}. The table below has its numbers."
     >
-      ${ticks_of(spec.x, x, width < 420 ? 4 : 8).map(
-        (tick) => svg`<line class="grid" x1=${x(tick)} x2=${x(tick)} y1=${margin.top} y2=${bottom} />
-          <text x=${x(tick)} y=${bottom + 1.1 * rem} text-anchor="middle">${tick_text(tick)}</text>`,
+      ${x_ticks.map(
+        (tick) => svg`<line class="grid" x1=${x(tick)} x2=${x(tick)} y1=${room.top} y2=${room.bottom} />
+          <text x=${x(tick)} y=${room.bottom + 1.15 * rem} text-anchor="middle">${tick_text(tick)}</text>`,
       )}
-      ${ticks_of(spec.y, y, 6).map(
-        (tick) => svg`<line class="grid" x1=${margin.left} x2=${right} y1=${y(tick)} y2=${y(tick)} />
-          <text x=${margin.left - 6} y=${y(tick) + 0.27 * rem} text-anchor="end">${tick_text(tick)}</text>`,
+      ${y_ticks.map(
+        (tick) => svg`<line class="grid" x1=${room.left} x2=${room.right} y1=${y(tick)} y2=${y(tick)} />
+          <text x=${room.left - 6} y=${y(tick) + 0.28 * rem} text-anchor="end">${tick_text(tick)}</text>`,
       )}
-      <text class="name" x=${(margin.left + right) / 2} y=${height - 6} text-anchor="middle">
-        ${spec.x.caption}
-      </text>
-      <text class="name" transform="translate(${0.85 * rem} ${(margin.top + bottom) / 2}) rotate(-90)"
-        text-anchor="middle">${spec.y.caption}</text>
-      ${spec.marks.map((mark, i) =>
-        mark.axis === "x"
-          ? svg`<line class="mark" x1=${x(mark.at)} x2=${x(mark.at)} y1=${margin.top} y2=${bottom} />
-            <text class="mark" transform="translate(${x(mark.at) - 4} ${margin.top + (0.3 + 2.3 * (i % 3)) * rem}) rotate(-90)"
-              text-anchor="end">${mark.caption}</text>`
-          : svg`<line class="mark" x1=${margin.left} x2=${right} y1=${y(mark.at)} y2=${y(mark.at)} />
-            <text class="mark" x=${i % 2 ? margin.left + 4 : right - 4} y=${y(mark.at) - 4}
-              text-anchor=${i % 2 ? "start" : "end"}>${mark.caption}</text>`,
-      )}
+      <text class="name" x=${name_x} y=${height - 6} text-anchor="middle">${spec.x.caption}</text>
+      <text class="name" x="0" y=${rem}>${spec.y.caption}</text>
+      ${marks_of(spec, frame, { x, y }, { rem, ruler })}
       ${spec.series.map((one, i) => series_shape(one, i, x, y, spec))}
     </svg>`;
   }
@@ -112,9 +108,47 @@ export class Plot extends LitElement {
   }
 }
 
-function margins(rem: number) {
+/// The width of a text in letters of so many rem.
+type Ruler = (text: string, letter_rem: number) => number;
+
+function ruler_of(font_family: string, rem: number): Ruler {
+  const context = new OffscreenCanvas(1, 1).getContext("2d");
+  return (text, letter_rem) => {
+    if (context === null) return 0;
+    context.font = `${letter_rem * rem}px ${font_family}`;
+    return context.measureText(text).width;
+  };
+}
+
+interface Frame {
+  width: number;
+  height: number;
+  room: Box; // within the axes
+}
+
+function frame_of(spec: PlotSpec, width: number, rem: number): Frame {
   const { top, right, bottom, left } = kMargin_rem;
-  return { top: top * rem, right: right * rem, bottom: bottom * rem, left: left * rem };
+  const rows = kRow_rem * spec.marks.filter(({ axis }) => axis === "x").length;
+  const tall = Math.min(Math.max(0.5 * width, 15 * rem), 25 * rem) + rows * rem;
+  const height = Math.round(tall);
+  const room = {
+    left: left * rem,
+    top: (top + rows) * rem,
+    right: width - right * rem,
+    bottom: height - bottom * rem,
+  };
+  return { width, height, room };
+}
+
+function scales(spec: PlotSpec, room: Box): { x: Scale; y: Scale } {
+  const points = spec.series.flatMap((one) => one.points);
+  const of = (axis: "x" | "y"): number[] =>
+    spec.marks.filter((mark) => mark.axis === axis).map(({ at }) => at);
+  const inset = spec.series.some(({ kind }) => kind !== "line") ? kSymbol_px : 0;
+  return {
+    x: scale(spec.x, [...points.map(([at]) => at), ...of("x")], [room.left + inset, room.right - inset]),
+    y: scale(spec.y, [...points.map(([, at]) => at), ...of("y")], [room.bottom - inset, room.top + inset]),
+  };
 }
 
 function scale(axis: Axis, values: readonly number[], range: [number, number]): Scale {
@@ -124,13 +158,68 @@ function scale(axis: Axis, values: readonly number[], range: [number, number]): 
     : scaleLinear(domain, range).nice();
 }
 
+/// Lines across the plot: those at an x have their words above it, those at a y along the line.
+function marks_of(
+  spec: PlotSpec,
+  { width, room }: Frame,
+  { x, y }: { x: Scale; y: Scale },
+  { rem, ruler }: { rem: number; ruler: Ruler },
+) {
+  const size = ({ caption }: Mark) => ({
+    width: ruler(caption, kLetter_rem),
+    height: kLetter_rem * rem,
+  });
+  const across = spec.marks.filter(({ axis }) => axis === "y");
+  const upright = spec.marks.filter(({ axis }) => axis === "x");
+  const above = words_above(
+    upright.map((mark) => ({ x: x(mark.at), width: size(mark).width })),
+    { left: 0, right: width },
+  );
+  const lines: Drawn[] = [
+    ...spec.series.flatMap((one) => drawn(one, x, y, spec)),
+    ...upright.map(({ at }): Drawn => [[x(at), room.top], [x(at), room.bottom]]),
+  ];
+  const boxes: Box[] = [];
+  return [
+    upright.map((mark, i) => {
+      const { row, left } = above[i] ?? { row: 0, left: x(mark.at) };
+      const top = (kMargin_rem.top - 0.4 + kRow_rem * row) * rem;
+      return svg`<line class="mark" x1=${x(mark.at)} x2=${x(mark.at)} y1=${top} y2=${room.bottom} />
+        <text class="mark" x=${left} y=${top + kLetter_rem * rem}>${mark.caption}</text>`;
+    }),
+    across.map((mark) => {
+      const others = across.filter((other) => other !== mark);
+      const beside = others.map(({ at }): Drawn => [[room.left, y(at)], [room.right, y(at)]]);
+      const box = box_along(y(mark.at), size(mark), room, { boxes, lines: [...lines, ...beside] });
+      boxes.push(box);
+      return svg`<line class="mark" x1=${room.left} x2=${room.right} y1=${y(mark.at)} y2=${y(mark.at)} />
+        <text class="mark" x=${(box.left + box.right) / 2} y=${box.bottom - 0.12 * rem}
+          text-anchor="middle">${mark.caption}</text>`;
+    }),
+  ];
+}
+
+/// What a series covers, in pixels.
+function drawn(one: Series, x: Scale, y: Scale, spec: PlotSpec): Drawn[] {
+  const places = one.points
+    .filter((point) => is_shown(point, spec))
+    .map(([at, value]): [number, number] => [x(at), y(value)]);
+  return one.kind === "line" ? [places] : places.map((place) => [place]);
+}
+
+function is_shown([, value]: readonly [number, number], { y }: PlotSpec): boolean {
+  return Number.isFinite(value) && (y.scale === "linear" || value > 0);
+}
+
 /// On logarithmic axes 1, 2 and 5 of a decade, or its beginning alone where decades are many.
-function ticks_of(axis: Axis, to: Scale, count: number): number[] {
+function tick_choices(axis: Axis, to: Scale, count: number): number[][] {
   const ticks = to.ticks(count);
-  if (axis.scale === "linear") return ticks;
+  if (axis.scale === "linear") return [ticks];
   const leading = (tick: number): number => Math.round(tick / 10 ** Math.floor(Math.log10(tick) + 1e-9));
   const few = ticks.filter((tick) => [1, 2, 5].includes(leading(tick)));
-  return few.length <= 2 * count ? few : few.filter((tick) => leading(tick) === 1);
+  const ones = ticks.filter((tick) => leading(tick) === 1);
+  if (few.length > 2 * count) return [ones];
+  return ones.length > 1 ? [few, ones] : [few];
 }
 
 function tick_text(value: number): string {
@@ -140,8 +229,7 @@ function tick_text(value: number): string {
 }
 
 function series_shape(one: Series, i: number, x: Scale, y: Scale, spec: PlotSpec) {
-  const shown = ([, value]: readonly [number, number]): boolean =>
-    Number.isFinite(value) && (spec.y.scale === "linear" || value > 0);
+  const shown = (point: readonly [number, number]): boolean => is_shown(point, spec);
   if (one.kind === "line") {
     const path = line<readonly [number, number]>()
       .defined(shown)

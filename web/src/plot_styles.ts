@@ -32,11 +32,11 @@ export const kPlotStyles = css`
   }
   text {
     fill: var(--muted);
-    font-size: 0.73rem;
+    font-size: 0.8rem;
     font-variant-numeric: tabular-nums;
   }
   text.name {
-    font-size: 0.8rem;
+    font-size: 0.85rem;
   }
   .grid {
     stroke: var(--line);
@@ -47,7 +47,11 @@ export const kPlotStyles = css`
   }
   text.mark {
     fill: var(--text);
-    font-size: 0.7rem;
+    /* Keeps the grid off the letters. */
+    stroke: var(--panel);
+    stroke-width: 4px;
+    stroke-linejoin: round;
+    paint-order: stroke;
   }
   .line {
     fill: none;

@@ -10,7 +10,8 @@ export const kTicks_m: readonly number[] = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 
 const kNearest_m = 0.1;
 const kFarthest_m = 100;
 const kFarEnd_px = 22; // where infinity is drawn
-const kGap_px = 18; // between the ends of the scale and infinity or the lens
+const kGap_px = 18; // between the near end of the scale and the lens
+const kFarGap_px = 32; // between its far end and infinity: their words stand side by side
 const kMargin_px = 22;
 const kBehind_px = 190; // from the lens to the end of what lies behind it
 
@@ -63,11 +64,11 @@ export function side_view(
   const sensor_x = lens_x + image_distance_mm * px_per_mm;
   const scale = scaleLog(
     [kFarthest_m, kNearest_m],
-    [kFarEnd_px + kGap_px, lens_x - kGap_px],
+    [kFarEnd_px + kFarGap_px, lens_x - kGap_px],
   ).clamp(true);
   const x_of = (at_m: Distance): number => (at_m === "infinity" ? kFarEnd_px : scale(at_m));
   const distance_at = (x: number): Distance =>
-    x < kFarEnd_px + kGap_px / 2 ? "infinity" : Number(scale.invert(x).toPrecision(3));
+    x < kFarEnd_px + kFarGap_px / 2 ? "infinity" : Number(scale.invert(x).toPrecision(3));
   const half_aperture_px = (aperture_diameter_mm(state, optics) / 2) * px_per_mm;
   const row = row_at(optics, subject_m);
   const { rays, beyond } = cone(row, x_of(subject_m), {
