@@ -104,6 +104,108 @@ describe("two requests", { timeout: 600_000 }, () => {
     assert.ok(await page.getByRole("radio", { name: "B", exact: true }).isChecked());
   });
 
+  it("keep their shapes: B of another sensor stands in A's frame between bars", async () => {
+    const { page } = shared;
+    await open(shared, `${kDraft}${kB}&b.sensor=phone&compare=wipe`);
+    await finished(page, "f/8");
+    const other = page.locator("fstop-stage img.other");
+    const shape = await other.evaluate((image) => image.naturalWidth / image.naturalHeight);
+    assert.equal(shape, 4 / 3);
+    const slider = page.getByRole("slider", { name: /Wipe/ });
+    await slider.focus();
+    await press(page, "Home"); // B everywhere
+    // Where the page has the picture, by its own pixels: the middle of its left half is there at a
+    // quarter of 8/9 of the frame's width, behind the bar of 1/18.
+    const { width, height } = await page.locator("fstop-stage .touch").boundingBox();
+    const seen = async (x, y) => {
+      const frame = page.locator("fstop-stage .frame");
+      const png = (await frame.screenshot()).toString("base64");
+      return page.evaluate(
+        async ([base64, x, y]) => {
+          const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+          const bitmap = await createImageBitmap(new Blob([bytes]));
+          const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+          context.drawImage(bitmap, 0, 0);
+          const { data } = context.getImageData(x * bitmap.width, y * bitmap.height, 1, 1);
+          return [...data.slice(0, 3)];
+        },
+        [png, x, y],
+      );
+    };
+    const mat = await seen(0.02, 0.5);
+    assert.deepEqual(await seen(0.98, 0.5), mat, "bars on both sides");
+    assert.deepEqual(mat, [230, 230, 228]); // the mat, and nothing of A
+    assert.notDeepEqual(await seen(1 / 18 + 0.02, 0.5), mat);
+    // Nothing is read on the bars; in the picture x counts its own pixels.
+    const touch = page.locator("fstop-stage .touch");
+    const { x, y } = await touch.boundingBox();
+    const reading = page.locator("#reading");
+    await page.mouse.move(x + 0.03 * width, y + 0.5 * height);
+    await eventually(() => reading.innerText(), (text) => /^Point at the picture/.test(text));
+    await page.mouse.move(x + (1 / 18 + (8 / 9) * 0.25) * width, y + 0.25 * height);
+    const text = await eventually(() => reading.innerText(), (said) => /depth/.test(said));
+    const [, px, py] = /x (\d+), y (\d+)/.exec(text);
+    assert.ok(Math.abs(px - 220) <= 2 && Math.abs(py - 165) <= 2, text);
+    // Pictures of two shapes have no difference: the page says so.
+    await choose(page, "difference");
+    const why = page.locator("fstop-stage .why");
+    await why.waitFor();
+    assert.match(await why.innerText(), /no difference.*1\.5 times.*1\.333 times/s);
+    assert.equal(await page.locator("fstop-stage canvas.difference").count(), 0);
+    assert.doesNotMatch(await page.locator("fstop-picture figcaption").innerText(), /B less A/);
+    assert.deepEqual(shared.complaints, []);
+  });
+
+  it("tell each its own progress and refusal, and keep them when they are swapped", async () => {
+    const { page } = shared;
+    await open(shared, `${kDraft}${kB}&compare=wipe`);
+    await finished(page, "f/8");
+    const status = page.locator("fstop-picture [role=status]");
+    // The server is slow at B alone.
+    let held = [];
+    const is_b = (request) => request.postDataJSON().camera.lens?.focal_length_mm === 85;
+    await page.route("**/v1/renders", (route) =>
+      is_b(route.request()) ? void held.push(route) : route.continue(),
+    );
+    await page.getByRole("radio", { name: "B", exact: true }).check({ force: true });
+    await choose(page, "85");
+    await eventually(() => status.innerText(), (text) => /^B: rendering a preview/.test(text));
+    await eventually(async () => held.length, (count) => count > 0);
+    await page.getByRole("button", { name: "Swap" }).click();
+    await eventually(() => status.innerText(), (text) => /^A: rendering a preview/.test(text));
+    assert.match(
+      await page.locator("fstop-stage img:not(.other)").getAttribute("alt"),
+      /f\/8,/,
+      "the picture goes with its request",
+    );
+    await page.unroute("**/v1/renders");
+    for (const route of held.splice(0)) await route.continue().catch(() => undefined);
+    await finished(page, "85 mm");
+    await page.locator('fstop-stage img:not(.other)[alt*="85 mm"]').waitFor();
+    assert.equal(await status.innerText(), "");
+
+    // B (f/1.4 now) is refused: focused within its focal length.
+    await page.getByRole("radio", { name: "B", exact: true }).check({ force: true });
+    const focus = page.getByRole("textbox", { name: /Focus distance/ });
+    await focus.fill("0.02");
+    await focus.press("Enter");
+    const facts = page.locator("fstop-picture figcaption");
+    await eventually(() => status.innerText(), (text) => text.trim() === "B: refused by the server");
+    assert.match(await facts.innerText(), /B\s*Picture of the last valid settings/);
+    assert.match(await facts.innerText(), /A\s*method/);
+    await page.locator("#focus_distance_m-fault .fault").first().waitFor();
+    // Of the other request, whose controls are not shown, the refusal is said in words.
+    await page.getByRole("radio", { name: "A", exact: true }).check({ force: true });
+    const message = page.locator("fstop-picture .messages .fault");
+    await message.first().waitFor();
+    assert.match(await message.first().innerText(), /^B: Camera, lens, focus distance: must/);
+    assert.equal(await page.locator("#focus_distance_m-fault .fault").count(), 0);
+    await page.getByRole("button", { name: "Swap" }).click();
+    await eventually(() => status.innerText(), (text) => text.trim() === "A: refused by the server");
+    assert.match(await facts.innerText(), /A\s*Picture of the last valid settings/);
+    await page.locator("#focus_distance_m-fault .fault").first().waitFor();
+  });
+
   it("differ by as much as the page says, with the same seed", async () => {
     const { page } = shared;
     await open(shared, `${kDraft}${kB}&compare=wipe`);

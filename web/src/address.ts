@@ -1,5 +1,5 @@
 /// The state of the page in the browser's address and history.
-import { page_fragment, page_of } from "./page_state.ts";
+import { misread, page_fragment, page_of } from "./page_state.ts";
 import type { PageState } from "./page_state.ts";
 
 const kSameGesture_ms = 1000;
@@ -13,6 +13,11 @@ export class Address {
 
   page(): PageState {
     return page_of(this.window_.location.hash);
+  }
+
+  /// The parts of the address that are not understood.
+  misread(): string[] {
+    return misread(this.window_.location.hash);
   }
 
   write(page: PageState): void {

@@ -9,8 +9,9 @@ export type Field = keyof PlaygroundState;
 export interface Complaint {
   faults: readonly Fault[];
   message: string;
+  may_pass: boolean; // the same request may be answered another time
 }
-export const kNoComplaint: Complaint = { faults: [], message: "" };
+export const kNoComplaint: Complaint = { faults: [], message: "", may_pass: false };
 
 const kFieldOfPointer: Readonly<Record<string, Field>> = {
   "#/scene": "scene",
@@ -24,7 +25,7 @@ const kFieldOfPointer: Readonly<Record<string, Field>> = {
   "#/camera/wavelength_nm": "wavelength_nm",
   "#/camera/spectrum": "spectrum",
   "#/camera/position_m": "camera_z_m",
-  "#/camera/position_m/2": "camera_z_m",
+  "#/camera/look_at_m": "camera_z_m",
   "#/camera/shutter_s": "shutter_step",
   "#/camera/exposure/iso": "iso_step",
   "#/camera/pinhole/criterion": "criterion",
@@ -33,16 +34,51 @@ const kFieldOfPointer: Readonly<Record<string, Field>> = {
   "#/quality/max_error": "max_error",
   "#/quality/samples": "samples",
   "#/camera/velocity_m_s": "velocity_m_s",
-  "#/camera/velocity_m_s/0": "velocity_m_s",
   "#/illumination": "illumination",
   "#/image/halftone/method": "halftone",
   "#/image/halftone/cell_px": "cell_px",
 };
 
+/// What the page calls what no control stands for.
+const kWordsOfPointer: Readonly<Record<string, string>> = {
+  "#/object_distances_m": "Distance of the subject",
+  "#/object_distance_m": "Distance of the subject",
+};
+const kUnit = /_(m_s|per_mm|mm|um|nm|ms|m|s|deg|px|w)$/;
+
+/// The place that a pointer names, in words: "#/camera/up_m/2" is "Camera, up, value 3".
+export function words_of(pointer: string): string {
+  const known = kWordsOfPointer[whole(pointer)];
+  if (known !== undefined) return known;
+  const words = pointer
+    .replace(/^#/, "")
+    .split("/")
+    .filter((part) => part !== "")
+    .map((part) =>
+      /^\d+$/.test(part)
+        ? `value ${Number(part) + 1}`
+        : part.replaceAll("~1", "/").replaceAll("~0", "~").replace(kUnit, "").replaceAll("_", " "),
+    )
+    .join(", ");
+  return words === "" ? "The request" : words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/// The pointer to the list or vector that a value is in.
+function whole(pointer: string): string {
+  return pointer.replace(/(\/\d+)+$/, "");
+}
+
 export function complaint_of(error: unknown): Complaint {
   const faults = error instanceof RefusedError ? (error.problem.errors ?? []) : [];
-  if (faults.length > 0) return { faults, message: "" };
-  return { faults: [], message: error instanceof Error ? error.message : String(error) };
+  const may_pass = !(error instanceof RefusedError) || error.status >= 500;
+  if (faults.length > 0) return { faults, message: "", may_pass };
+  return { faults: [], message: error instanceof Error ? error.message : String(error), may_pass };
+}
+
+/// The complaint in sentences that need no control beside them.
+export function sentences_of({ message, faults }: Complaint): string[] {
+  const told = faults.map(({ pointer, detail }) => `${words_of(pointer)}: ${detail}`);
+  return [...new Set(message === "" ? told : [message, ...told])];
 }
 
 export type FieldFaults = ReadonlyMap<Field, readonly string[]>;
@@ -52,9 +88,9 @@ export function sorted_faults(faults: readonly Fault[]): { at: FieldFaults; else
   const at = new Map<Field, string[]>();
   const elsewhere: string[] = [];
   for (const { pointer, detail } of faults) {
-    const field = kFieldOfPointer[pointer];
+    const field = kFieldOfPointer[whole(pointer)];
     const details = field === undefined ? elsewhere : (at.get(field) ?? []);
-    const text = field === undefined ? `${pointer}: ${detail}` : detail;
+    const text = field === undefined ? `${words_of(pointer)}: ${detail}` : detail;
     if (!details.includes(text)) details.push(text);
     if (field !== undefined) at.set(field, details);
   }

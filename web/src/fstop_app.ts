@@ -7,7 +7,7 @@ import { kAppStyles } from "./app_styles.ts";
 import "./camera_controls.ts";
 import type { PickEvent, StateChangeEvent, SubjectMoveEvent } from "./changes.ts";
 import type { SceneSummary } from "./contract.ts";
-import { complaint_of, kNoComplaint, sorted_faults } from "./faults.ts";
+import { complaint_of, kNoComplaint, sentences_of, sorted_faults } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
 import { segments } from "./fields.ts";
 import { LatestTask } from "./latest_task.ts";
@@ -19,8 +19,9 @@ import type { PageState } from "./page_state.ts";
 import { kTabs, tab_body, tab_row } from "./page_tabs.ts";
 import type { Tab } from "./page_tabs.ts";
 import "./picture_panel.ts";
-import { kNoPicture, patiently, picture_updates, pause } from "./picture_updates.ts";
-import type { PictureView } from "./picture_updates.ts";
+import type { Message } from "./picture_panel.ts";
+import { PictureSide } from "./picture_side.ts";
+import { patiently, pause } from "./picture_updates.ts";
 import { PreviewPace } from "./preview_pace.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
 import "./side_view_panel.ts";
@@ -42,52 +43,52 @@ export class FstopApp extends LitElement {
   @state() private editing_: Side = "a";
   @state() private scenes_: readonly SceneSummary[] = [];
   @state() private scenes_complaint_: Complaint = kNoComplaint;
-  @state() private a_: PictureView = kNoPicture;
-  @state() private b_: PictureView = kNoPicture;
+  /// What the link says that is no setting of the page.
+  @state() private misread_: readonly string[] = this.address_.misread();
   @state() private optics_: OpticsView = kNoOptics;
   private wanted_: Tab = "optics"; // the tab that was asked for last
   @state() private tab_: Tab = this.page_.experiment === "" ? "optics" : "experiments";
 
   private readonly pace_ = new PreviewPace();
-  private readonly a_task_ = this.picture_task_((update) => (this.a_ = { ...this.a_, ...update }));
-  private readonly b_task_ = this.picture_task_((update) => (this.b_ = { ...this.b_, ...update }));
+  @state() private sides_: Readonly<Record<Side, PictureSide>> = {
+    a: this.picture_side_(),
+    b: this.picture_side_(),
+  };
   private readonly optics_task_ = new LatestTask<OpticsQuestion>(async (wanted, signal) => {
     this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
   });
-  private submitted_: Partial<Record<Side | "optics", string>> = {};
+  private optics_asked_ = "";
   private leaving_ = new AbortController();
 
   static override styles = [kBaseStyles, kControlStyles, kAppStyles];
 
-  private picture_task_(take: (update: Partial<PictureView>) => void): LatestTask<PlaygroundState> {
-    return new LatestTask<PlaygroundState>(async (wanted, signal, has_result, urgency) => {
-      const hand = { pace: this.pace_, is_held: urgency === "patient" };
-      for await (const update of picture_updates(this.client_, wanted, signal, hand)) {
-        take(update);
-        if (update.image) has_result();
-      }
-    });
+  private picture_side_(): PictureSide {
+    return new PictureSide(this.client_, this.pace_, () => this.requestUpdate());
   }
 
   override connectedCallback(): void {
     super.connectedCallback();
     this.leaving_ = new AbortController();
-    this.address_.watch((found) => this.show_(found), this.leaving_.signal);
+    this.address_.watch((found) => {
+      this.misread_ = this.address_.misread();
+      this.show_(found);
+    }, this.leaving_.signal);
     void this.load_scenes_();
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     this.leaving_.abort();
-    for (const task of [this.a_task_, this.b_task_, this.optics_task_]) task.stop();
+    for (const task of [this.sides_.a, this.sides_.b, this.optics_task_]) task.stop();
   }
 
   override render(): TemplateResult {
     const edited = this.edited_();
-    const view = this.editing_ === "a" ? this.a_ : this.b_;
-    const complaints = [this.scenes_complaint_, view.complaint, this.optics_.complaint];
-    const { at, elsewhere } = sorted_faults(complaints.flatMap(({ faults }) => faults));
-    const messages = complaints.map(({ message }) => message).filter((message) => message !== "");
+    const { a, b } = this.sides_;
+    const { view } = this.sides_[this.editing_];
+    const { at, elsewhere } = sorted_faults(
+      [view, this.optics_].flatMap(({ complaint }) => complaint.faults),
+    );
     const { page_: page } = this;
     return html`
       <header>
@@ -102,15 +103,14 @@ export class FstopApp extends LitElement {
         <section class="picture" aria-label="Picture">
           ${this.compare_()}
           <fstop-picture
-            .view=${this.a_}
-            .other=${page.b ? this.b_ : undefined}
+            .view=${a.view}
+            .other=${page.b ? b.view : undefined}
             .comparison=${page.comparison}
-            .description=${description_of(this.a_.shown, this.scenes_)}
-            .other_description=${description_of(this.b_.shown, this.scenes_)}
+            .description=${description_of(a.view.shown, this.scenes_)}
+            .other_description=${description_of(b.view.shown, this.scenes_)}
             .point=${page.point}
             .coc_limit_mm=${this.optics_.optics?.coc_limit_mm ?? 0}
-            .messages=${[...new Set([...messages, ...elsewhere])]}
-            .outdated=${this.a_.complaint !== kNoComplaint}
+            .messages=${this.messages_(elsewhere)}
             @retry=${() => this.retry_()}
           ></fstop-picture>
           <p class="summary number" role="status">${this.summary_()}</p>
@@ -178,11 +178,30 @@ export class FstopApp extends LitElement {
         comparison,
         (wanted) => this.settle_({ ...this.page_, comparison: wanted as PageState["comparison"] }),
       )}
-      <button type="button" @click=${() => this.settle_({ ...this.page_, a: b, b: this.page_.a })}>
+      <button type="button" @click=${() => this.swap_()}>
         Swap
       </button>
       <button type="button" @click=${() => this.end_comparison_()}>Keep only A</button>
     </div>`;
+  }
+
+  /// What no control shows: of the request that is edited what is left, of the other one all.
+  private messages_(elsewhere: readonly string[]): Message[] {
+    const messages: Message[] = elsewhere.map((text) => ({ text, may_pass: false }));
+    const { scenes_complaint_: scenes, optics_: optics, sides_: sides } = this;
+    for (const { message, may_pass } of [scenes, sides[this.editing_].view.complaint, optics.complaint])
+      if (message !== "") messages.push({ text: message, may_pass });
+    if (this.page_.b) {
+      const other = this.editing_ === "a" ? "b" : "a";
+      const { complaint } = sides[other].view;
+      for (const sentence of sentences_of(complaint))
+        messages.push({
+          text: `${other.toUpperCase()}: ${sentence}`,
+          may_pass: complaint.may_pass,
+        });
+    }
+    if (this.misread_.length > 0) messages.push({ text: misread_text(this.misread_), may_pass: false });
+    return messages;
   }
 
   private summary_(): TemplateResult | typeof nothing {
@@ -196,7 +215,7 @@ export class FstopApp extends LitElement {
   }
 
   private compare_with_copy_(): void {
-    this.b_ = this.a_;
+    this.sides_.b.begin_with(this.sides_.a.view);
     this.editing_ = "b";
     this.settle_({ ...this.page_, b: this.page_.a });
   }
@@ -206,9 +225,24 @@ export class FstopApp extends LitElement {
     this.settle_({ ...this.page_, b: undefined });
   }
 
+  /// Pictures, progress and refusals go with their requests.
+  private swap_(): void {
+    const { a, b } = this.page_;
+    if (b === undefined) return;
+    this.sides_ = { a: this.sides_.b, b: this.sides_.a };
+    this.leave_refusal_();
+    this.settle_({ ...this.page_, a: b, b: a });
+  }
+
   private edit_(side: Side): void {
     this.editing_ = side;
+    this.leave_refusal_();
     this.show_(this.page_);
+  }
+
+  /// What the server said of one request's optics is nothing about the other's.
+  private leave_refusal_(): void {
+    this.optics_ = { ...this.optics_, complaint: kNoComplaint };
   }
 
   private async open_(tab: Tab): Promise<void> {
@@ -240,7 +274,7 @@ export class FstopApp extends LitElement {
           this.scenes_ = value;
           break;
         }
-        this.a_ = { ...this.a_, ...value };
+        this.sides_.a.take(value);
       }
       this.scenes_complaint_ = kNoComplaint;
       this.show_(this.page_);
@@ -250,7 +284,8 @@ export class FstopApp extends LitElement {
   }
 
   private retry_(): void {
-    this.submitted_ = {};
+    this.optics_asked_ = "";
+    for (const side of Object.values(this.sides_)) side.forget();
     void this.load_scenes_();
   }
 
@@ -262,9 +297,9 @@ export class FstopApp extends LitElement {
       this.show_(page, settled ? "urgent" : "patient");
     } else if (settled) {
       // A slider let go repeats its last value; what is under way for it goes on.
-      for (const task of [this.a_task_, this.b_task_, this.optics_task_]) task.hurry();
+      for (const task of [this.sides_.a, this.sides_.b, this.optics_task_]) task.hurry();
     }
-    if (settled) this.address_.write(page);
+    if (settled) this.write_(page);
   }
 
   /// The subject stays where it is in the scene: the camera goes nearer or farther.
@@ -275,7 +310,7 @@ export class FstopApp extends LitElement {
     const moved = { ...state, camera_z_m: rounded(state.camera_z_m + by_m) };
     const page = { ...this.page_with_(moved), subject_m, point: undefined };
     this.show_(page, settled ? "urgent" : "patient");
-    if (settled) this.address_.write(page);
+    if (settled) this.write_(page);
   }
 
   private pick_({ detail: { point, distance_m, focus, side } }: PickEvent): void {
@@ -294,7 +329,13 @@ export class FstopApp extends LitElement {
 
   private settle_(page: PageState): void {
     this.show_(page);
-    this.address_.write(this.page_);
+    this.write_(this.page_);
+  }
+
+  /// The link is now the page's own, and has nothing in it that is not understood.
+  private write_(page: PageState): void {
+    this.address_.write(page);
+    this.misread_ = [];
   }
 
   /// Makes a state the present one and asks for what is new in it.
@@ -305,27 +346,22 @@ export class FstopApp extends LitElement {
     this.page_ = page;
     if (!page.b) {
       this.editing_ = "a";
-      this.b_task_.stop();
-      delete this.submitted_.b;
+      this.sides_.b.stop();
     }
     if (page.a.scene === "") return;
-    const { subject_m } = page;
+    const { b, subject_m } = page;
     const edited = this.edited_();
-    this.submit_("a", fragment_of(page.a), () => this.a_task_.submit(page.a, urgency));
-    const { b } = page;
-    if (b) this.submit_("b", fragment_of(b), () => this.b_task_.submit(b, urgency));
+    this.sides_.a.ask(page.a, urgency);
+    if (b) this.sides_.b.ask(b, urgency);
     const question = page_fragment({ ...page, a: edited, b: undefined, point: undefined });
-    this.submit_("optics", question, () =>
-      this.optics_task_.submit({ state: edited, subject_m }, urgency),
-    );
+    if (this.optics_asked_ === question) return;
+    this.optics_asked_ = question;
+    this.optics_task_.submit({ state: edited, subject_m }, urgency);
   }
+}
 
-  /// Asks only for what is not already asked for.
-  private submit_(what: Side | "optics", key: string, submit: () => void): void {
-    if (this.submitted_[what] === key) return;
-    this.submitted_[what] = key;
-    submit();
-  }
+function misread_text(parts: readonly string[]): string {
+  return `The link says what this page does not understand and leaves out: ${parts.join(", ")}.`;
 }
 
 /// What a visitor sees first: the still life, or the first of other scenes.

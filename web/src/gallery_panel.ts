@@ -3,7 +3,7 @@ import type { PropertyValues, TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { ApiClient } from "./api_client.ts";
 import type { SceneSummary } from "./contract.ts";
-import { complaint_of } from "./faults.ts";
+import { complaint_of, sentences_of } from "./faults.ts";
 import kLooks from "./gallery.json";
 import { kDefaultPage, page_of } from "./page_state.ts";
 import type { PageState } from "./page_state.ts";
@@ -144,9 +144,7 @@ export class GalleryPanel extends LitElement {
         }
       }
     } catch (error) {
-      const { message, faults } = complaint_of(error);
-      if (!signal.aborted)
-        this.message_ = [message, ...faults.map(({ detail }) => detail)].join(" ");
+      if (!signal.aborted) this.message_ = sentences_of(complaint_of(error)).join(" ");
     }
   }
 }

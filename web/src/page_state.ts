@@ -1,7 +1,8 @@
 /// All that a link holds: a request, where wanted a second one to compare it with, how they are
 /// compared, and the point that is looked at.
 import type { Distance } from "./contract.ts";
-import { distance_of, kDefaultState, number_of, read_state, write_state } from "./state.ts";
+import { distance_of, is_readable, kDefaultState, number_of, read_state } from "./state.ts";
+import { write_state } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
 
 export const kComparisons = ["wipe", "difference"] as const;
@@ -62,6 +63,28 @@ export function page_of(fragment: string): PageState {
     step: step_of(text.get("step")),
   };
 }
+
+/// The parts of a fragment that page_of() leaves out: names that are none, and values that cannot be
+/// read.
+export function misread(fragment: string): string[] {
+  const text = new URLSearchParams(fragment.replace(/^#/, ""));
+  const has_b = text.has("b.camera");
+  return [...text]
+    .filter(([name, value]) => {
+      const known = kReadable.get(name);
+      if (known) return !known(value);
+      return name.startsWith("b.") ? !has_b || !is_readable(name.slice(2), value) : !is_readable(name, value);
+    })
+    .map(([name, value]) => `${name}=${value}`);
+}
+
+const kReadable: ReadonlyMap<string, (text: string) => boolean> = new Map([
+  ["compare", (text) => (kComparisons as readonly string[]).includes(text)],
+  ["subject_m", (text) => distance_of(text) !== undefined],
+  ["point", (text) => point_of(text) !== undefined],
+  ["experiment", () => true], // the experiments themselves are loaded later
+  ["step", (text) => /^[1-9]\d*$/.test(text)],
+]);
 
 function step_of(text: string | null): number {
   const step = number_of(text ?? "") ?? 1;

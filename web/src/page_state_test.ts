@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { kDefaultPage, page_fragment, page_of } from "./page_state.ts";
+import { kDefaultPage, misread, page_fragment, page_of } from "./page_state.ts";
 import type { PageState } from "./page_state.ts";
 import { kDefaultState, with_consequences } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
@@ -56,6 +56,30 @@ describe("page in the address", () => {
     expect(page_of("#experiment=a&step=0").step).toBe(0);
     expect(page_of("#experiment=a&step=2").step).toBe(1);
     expect(page_of("#subject_m=infinity").subject_m).toBe("infinity");
+  });
+});
+
+describe("parts of the address that are not understood", () => {
+  it("are named: values that are none, values off the scale, and names that are none", () => {
+    expect(misread("#camera=lens&f_number=abc&focus_distance_m=2")).toEqual(["f_number=abc"]);
+    expect(misread("#f_number=3&shutter=1/7&sensor=imax&colour=red")).toEqual([
+      "f_number=3",
+      "shutter=1/7",
+      "sensor=imax",
+      "colour=red",
+    ]);
+    expect(misread("#point=1.5,0.5&compare=magic&step=0&subject_m=near")).toHaveLength(4);
+    expect(misread("#b.f_number=8")).toEqual(["b.f_number=8"]);
+    expect(misread("#b.camera=lens&b.f_number=8.1&b.blades=")).toEqual([
+      "b.f_number=8.1",
+      "b.blades=",
+    ]);
+  });
+
+  it("are none in a link of the page's own; what the server refuses is for it to say", () => {
+    const page: PageState = { ...kDefaultPage, a: kA, b: kB, point: { x: 0.25, y: 0.5 } };
+    expect(misread(page_fragment({ ...page, experiment: "focus-breathing" }))).toEqual([]);
+    expect(misread("#focal_length_mm=-5&max_error=7&subject_m=infinity")).toEqual([]);
   });
 });
 

@@ -3,13 +3,15 @@ import type { TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { RenderedImage } from "./api_client.ts";
 import type { RenderReport } from "./contract.ts";
+import { kNoComplaint } from "./faults.ts";
 import { segments, tick_box } from "./fields.ts";
 import { bound_size, duration, error_size } from "./format.ts";
+import { same_shape } from "./letterbox.ts";
 import type { Comparison, PicturePoint } from "./page_state.ts";
 import "./picture_stage.ts";
 import { kDifferenceGain } from "./picture_stage.ts";
 import type { DifferenceEvent } from "./picture_stage.ts";
-import { held_layers, kNoPicture, size_of } from "./picture_updates.ts";
+import { held_layers, is_outdated, kNoPicture, size_of } from "./picture_updates.ts";
 import type { Activity, PictureView } from "./picture_updates.ts";
 import { sensor_format } from "./sensor_formats.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
@@ -25,6 +27,12 @@ const kActivityText: Readonly<Record<Activity, string>> = {
 /// From here on it says how long it takes already.
 const kSlow_ms = 3000;
 
+/// A sentence about a whole request; where it may pass, the reader can try again.
+export interface Message {
+  text: string;
+  may_pass: boolean;
+}
+
 /// The picture, what to do with it, and how it was made and how wrong it may be.
 @customElement("fstop-picture")
 export class PicturePanel extends LitElement {
@@ -37,10 +45,8 @@ export class PicturePanel extends LitElement {
   @property({ attribute: false }) point: PicturePoint | undefined;
   /// The largest blur that counts as sharp; 0 where it is not known yet.
   @property({ attribute: false }) coc_limit_mm = 0;
-  /// Sentences about the whole request, where no control can show them.
-  @property({ attribute: false, hasChanged: are_others }) messages: readonly string[] = [];
-  /// Whether the picture is of older settings because the server refused the present ones.
-  @property({ type: Boolean, reflect: true }) outdated = false;
+  /// Where no control can show them.
+  @property({ attribute: false, hasChanged: are_others }) messages: readonly Message[] = [];
 
   @state() private inspect_ = false;
   @state() private overlay_ = false;
@@ -156,8 +162,10 @@ export class PicturePanel extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     this.timer_ = setInterval(() => {
-      const { activity, since_ms } = this.view;
-      this.waited_ms_ = activity === "idle" ? 0 : performance.now() - since_ms;
+      const begun_ms = this.named_views_()
+        .filter(([, { activity }]) => activity !== "idle")
+        .map(([, { since_ms }]) => since_ms);
+      this.waited_ms_ = begun_ms.length === 0 ? 0 : performance.now() - Math.min(...begun_ms);
     }, 1000);
   }
 
@@ -167,8 +175,9 @@ export class PicturePanel extends LitElement {
   }
 
   override render(): TemplateResult {
-    const { activity, image, shown } = this.view;
-    const busy = activity !== "idle" || (this.other?.activity ?? "idle") !== "idle";
+    const { image, shown } = this.view;
+    const views = this.named_views_();
+    const busy = views.some(([, { activity }]) => activity !== "idle");
     const state = shown ?? kDefaultState;
     return html`<figure>
       <fstop-stage
@@ -178,6 +187,7 @@ export class PicturePanel extends LitElement {
         .held=${held_layers(this.view)}
         .other_held=${held_layers(this.other ?? kNoPicture)}
         .size=${size_of(state)}
+        .other_size=${size_of(this.other?.shown ?? state)}
         .description=${this.description}
         .other_description=${this.other_description}
         .point=${this.point}
@@ -186,25 +196,32 @@ export class PicturePanel extends LitElement {
         .zoom=${this.zoom_}
         .inspect=${this.inspect_}
         .busy=${busy}
-        ?outdated=${this.outdated}
+        ?outdated=${is_outdated(this.view)}
+        ?other_outdated=${is_outdated(this.other ?? kNoPicture)}
         @difference=${({ detail: { mean, largest } }: DifferenceEvent) =>
           (this.difference_ = `B less A, ${kDifferenceGain} times: mean ${mean.toFixed(2)}, largest ${largest} of 255`)}
       ></fstop-stage>
       ${this.tools_()}
       <figcaption>
-        ${this.facts_(this.view, this.other ? "A" : "")}
-        ${this.other ? this.facts_(this.other, "B") : nothing}
-        ${this.other && this.comparison === "difference" ? html`<span>${this.difference_}</span>` : nothing}
-        <span role="status">${kActivityText[activity]}</span>
-        ${this.progress_()}
+        ${views.map(([name, view]) => facts(view, name))}
         ${
-          activity !== "idle" && this.waited_ms_ > kSlow_ms
+          this.other && this.comparison === "difference" && this.has_difference_()
+            ? html`<span>${this.difference_}</span>`
+            : nothing
+        }
+        <span role="status">${views.map(([name, view]) => activity_text(view, name))}</span>
+        ${views.map(([name, view]) => progress(view, name))}
+        ${
+          busy && this.waited_ms_ > kSlow_ms
             ? html`<span class="number" aria-hidden="true">${Math.round(this.waited_ms_ / 1000)} s</span>`
             : nothing
         }
         ${this.overlay_ ? legend() : nothing}
         <div class="messages" role="alert">
-          ${this.messages.map((message) => html`<p class="fault">${message}${this.retry_()}</p>`)}
+          ${this.messages.map(
+            ({ text, may_pass }) =>
+              html`<p class="fault">${text} ${may_pass ? this.retry_() : nothing}</p>`,
+          )}
         </div>
       </figcaption>
     </figure>`;
@@ -237,42 +254,19 @@ export class PicturePanel extends LitElement {
     </div>`;
   }
 
-  /// Method, error and time; the headers' word until the report has come.
-  private facts_(view: PictureView, name: string): TemplateResult | typeof nothing {
-    const { image } = view;
-    if (image === undefined) return nothing;
-    if (image.method === "") return html`<span>a preview of the render under way</span>`;
-    if (this.outdated) return html`<span>Picture of the last valid settings.</span>`;
-    const report = view.report?.id === image.id ? view.report : undefined;
-    const estimate = report?.error.estimate ?? image.error.get("estimate");
-    const upper_95 = report?.error.upper_95 ?? image.error.get("upper_95");
-    return html`
-      ${name === "" ? nothing : html`<b>${name}</b>`}
-      <span>method <b>${report?.method ?? image.method}</b></span>
-      ${
-        estimate === undefined || upper_95 === undefined
-          ? nothing
-          : html`<span class="number">
-              error <b>${error_size(estimate)}</b>, below <b>${bound_size(upper_95)}</b> at 95 %
-              ${report === undefined ? nothing : excess_text(report)}
-            </span>`
-      }
-      <span class="number">${time_text(image)}</span>
-    `;
+  /// The picture, or both by their letters.
+  private named_views_(): [string, PictureView][] {
+    return this.other === undefined
+      ? [["", this.view]]
+      : [
+          ["A", this.view],
+          ["B", this.other],
+        ];
   }
 
-  /// How far the picture is, in the server's words.
-  private progress_(): TemplateResult | typeof nothing {
-    const { progress } = this.view;
-    if (progress === undefined) return nothing;
-    const { fraction, upper_95, remaining_ms, queue_place } = progress;
-    return html`<span class="number">
-      <progress max="1" .value=${fraction} aria-label="Share of the picture that is done"></progress>
-      ${Math.floor(100 * fraction)} %
-      ${queue_place === undefined ? nothing : html`; place ${queue_place} in the queue`}
-      ${upper_95 === undefined ? nothing : html`; error below ${bound_size(upper_95)}`}
-      ${remaining_ms === undefined ? nothing : html`; ${duration(remaining_ms)} to go`}
-    </span>`;
+  private has_difference_(): boolean {
+    const [a, b] = [this.view.shown, this.other?.shown];
+    return a !== undefined && b !== undefined && same_shape(size_of(a), size_of(b));
   }
 
   private retry_(): TemplateResult {
@@ -282,8 +276,56 @@ export class PicturePanel extends LitElement {
   }
 }
 
-function are_others(texts: readonly string[], before: readonly string[] | undefined): boolean {
-  return texts.join("\n") !== before?.join("\n");
+function are_others(messages: readonly Message[], before: readonly Message[] | undefined): boolean {
+  return JSON.stringify(messages) !== JSON.stringify(before);
+}
+
+/// Method, error and time; the headers' word until the report has come.
+function facts(view: PictureView, name: string): TemplateResult | typeof nothing {
+  const { image } = view;
+  if (image === undefined) return nothing;
+  const letter = name === "" ? nothing : html`<b>${name}</b>`;
+  if (is_outdated(view)) return html`${letter}<span>Picture of the last valid settings.</span>`;
+  if (view.complaint !== kNoComplaint)
+    return html`${letter}<span>A preview; the picture itself is refused.</span>`;
+  if (image.method === "") return html`${letter}<span>a preview of the render under way</span>`;
+  const report = view.report?.id === image.id ? view.report : undefined;
+  const estimate = report?.error.estimate ?? image.error.get("estimate");
+  const upper_95 = report?.error.upper_95 ?? image.error.get("upper_95");
+  return html`
+    ${letter}
+    <span>method <b>${report?.method ?? image.method}</b></span>
+    ${
+      estimate === undefined || upper_95 === undefined
+        ? nothing
+        : html`<span class="number">
+            error <b>${error_size(estimate)}</b>, below <b>${bound_size(upper_95)}</b> at 95 %
+            ${report === undefined ? nothing : excess_text(report)}
+          </span>`
+    }
+    <span class="number">${time_text(image)}</span>
+  `;
+}
+
+/// What is under way; in a comparison also that nothing is to come.
+function activity_text({ activity, complaint }: PictureView, name: string): string {
+  const is_refused = name !== "" && activity === "idle" && complaint !== kNoComplaint;
+  const text = is_refused ? "refused by the server" : kActivityText[activity];
+  return text === "" || name === "" ? text : `${name}: ${text} `;
+}
+
+/// How far the picture is, in the server's words.
+function progress({ progress: told }: PictureView, name: string): TemplateResult | typeof nothing {
+  if (told === undefined) return nothing;
+  const { fraction, upper_95, remaining_ms, queue_place } = told;
+  const of = name === "" ? "" : ` ${name}`;
+  return html`<span class="number">
+    ${name} <progress max="1" .value=${fraction} aria-label="Share of the picture${of} that is done"></progress>
+    ${Math.floor(100 * fraction)} %
+    ${queue_place === undefined ? nothing : html`; place ${queue_place} in the queue`}
+    ${upper_95 === undefined ? nothing : html`; error below ${bound_size(upper_95)}`}
+    ${remaining_ms === undefined ? nothing : html`; ${duration(remaining_ms)} to go`}
+  </span>`;
 }
 
 function legend(): TemplateResult {

@@ -5,6 +5,7 @@ import { PickEvent } from "./changes.ts";
 import type { Distance, ImageSize } from "./contract.ts";
 import { value_at } from "./exr.ts";
 import { quantity } from "./format.ts";
+import { place_within, same_shape } from "./letterbox.ts";
 import type { Comparison, PicturePoint } from "./page_state.ts";
 import { kStageStyles } from "./picture_stage_styles.ts";
 import type { HeldLayers } from "./picture_updates.ts";
@@ -40,6 +41,7 @@ export class PictureStage extends LitElement {
   @property({ attribute: false }) held: HeldLayers = kNothingHeld;
   @property({ attribute: false }) other_held: HeldLayers = kNothingHeld;
   @property({ attribute: false }) size: ImageSize = { width: 960, height: 640 };
+  @property({ attribute: false }) other_size: ImageSize = { width: 960, height: 640 };
   @property({ attribute: false }) description = "";
   @property({ attribute: false }) other_description = "";
   @property({ attribute: false }) point: PicturePoint | undefined;
@@ -49,6 +51,7 @@ export class PictureStage extends LitElement {
   @property({ type: Boolean }) inspect = false; // a click looks and leaves the focus
   @property({ type: Boolean }) busy = false;
   @property({ type: Boolean, reflect: true }) outdated = false;
+  @property({ type: Boolean, reflect: true }) other_outdated = false;
 
   @state() private source_ = "";
   @state() private other_source_ = "";
@@ -101,7 +104,7 @@ export class PictureStage extends LitElement {
                 <span class="tag right" aria-hidden="true">B</span>`
             : nothing
         }
-        ${difference ? html`<canvas class="difference" aria-hidden="true"></canvas>` : nothing}
+        ${difference ? this.difference_() : nothing}
         ${this.overlay ? html`<canvas class="overlay" aria-hidden="true"></canvas>` : nothing}
         ${this.point ? place("point", this.point) : nothing}
         ${this.cursor_ && this.by_key_ ? place("cross", this.cursor_) : nothing}
@@ -160,24 +163,37 @@ export class PictureStage extends LitElement {
       this.draw_difference_(this.difference_canvas_);
   }
 
+  private difference_(): TemplateResult {
+    if (same_shape(this.size, this.other_size))
+      return html`<canvas class="difference" aria-hidden="true"></canvas>`;
+    const wide = ({ width, height }: ImageSize): string => quantity(width / height);
+    return html`<div class="empty why">
+      There is no difference to show: A is ${wide(this.size)} times as wide as high, B
+      ${wide(this.other_size)} times. The wipe shows both.
+    </div>`;
+  }
+
   private reading_text_(): string {
-    const at = this.cursor_ ?? this.point;
-    const { layers, blur_holds } = at ? this.held_at_(at) : kNothingHeld;
+    const shown_at = this.cursor_ ?? this.point;
+    const is_other = shown_at !== undefined && this.is_other_(shown_at);
+    const at = shown_at && this.place_in_picture_(shown_at);
+    const { layers, blur_holds } = is_other ? this.other_held : this.held;
     if (!at || !layers) return "Point at the picture to read depth, blur and pixel values.";
+    const { width, height } = is_other ? this.other_size : this.size;
     const depth = value_at(layers.depth_m, at.x, at.y);
     const { coc_px } = layers;
-    const blur_px = (value_at(coc_px, at.x, at.y) * this.size.width) / coc_px.width;
-    const x = Math.floor(at.x * this.size.width);
-    const y = Math.floor(at.y * this.size.height);
+    const blur_px = (value_at(coc_px, at.x, at.y) * width) / coc_px.width;
+    const x = Math.floor(at.x * width);
+    const y = Math.floor(at.y * height);
     const side = Math.abs(blur_px) < 0.05 ? "" : blur_px < 0 ? " (near)" : " (far)";
-    const rgb = this.rgb_at_(at);
+    const rgb = this.rgb_at_(at, is_other);
     const blur = blur_holds ? `, blur ${quantity(Math.abs(blur_px), "px")}${side}` : "";
     const depth_text = quantity(distance(depth), "m");
     return `x ${x}, y ${y}: depth ${depth_text}${blur}${rgb === "" ? "" : `, sRGB ${rgb}`}`;
   }
 
-  private rgb_at_(at: PicturePoint): string {
-    const from = this.is_other_(at) ? this.other_pixels_ : this.pixels_;
+  private rgb_at_(at: PicturePoint, is_other: boolean): string {
+    const from = is_other ? this.other_pixels_ : this.pixels_;
     if (!from || this.pixels_of_ !== this.picture) return "";
     const place = (share: number, count: number): number =>
       Math.min(Math.floor(share * count), count - 1);
@@ -198,7 +214,9 @@ export class PictureStage extends LitElement {
     const { picture, other } = this;
     if (!picture) return;
     const pixels = await pixels_of(picture);
-    const others = other && (await pixels_of(other, pixels));
+    // Of the same shape they are compared pixel by pixel.
+    const size = same_shape(this.size, this.other_size) ? pixels : undefined;
+    const others = other && (await pixels_of(other, size));
     if (reading !== this.reading_) return;
     this.other_pixels_ = others;
     this.pixels_ = pixels;
@@ -230,12 +248,13 @@ export class PictureStage extends LitElement {
   /// One pixel of the picture is `zoom` pixels of the page.
   private draw_loupe_(): void {
     const [canvas, at] = [this.loupe_canvas_, this.cursor_];
-    const from = at && this.is_other_(at) ? (this.other_pixels_ ?? this.pixels_) : this.pixels_;
+    const from = at && this.is_other_(at) ? this.other_pixels_ : this.pixels_;
+    const place = at && this.place_in_picture_(at);
     const context = canvas?.getContext("2d");
-    if (!canvas || !context || !at || !from) return;
+    if (!canvas || !context || !at || !place || !from) return;
     const side = Math.ceil(kLoupe_px / this.zoom);
-    const left = Math.round(at.x * from.width - side / 2);
-    const top = Math.round(at.y * from.height - side / 2);
+    const left = Math.round(place.x * from.width - side / 2);
+    const top = Math.round(place.y * from.height - side / 2);
     const cut = new OffscreenCanvas(side, side);
     cut.getContext("2d")?.putImageData(from, -left, -top);
     context.imageSmoothingEnabled = false;
@@ -252,8 +271,9 @@ export class PictureStage extends LitElement {
     return this.other !== undefined && this.comparison === "wipe" && 100 * at.x > this.wipe_;
   }
 
-  private held_at_(at: PicturePoint): HeldLayers {
-    return this.is_other_(at) ? this.other_held : this.held;
+  /// Where in the picture that is seen there; undefined beside it.
+  private place_in_picture_(at: PicturePoint): PicturePoint | undefined {
+    return this.is_other_(at) ? place_within(at, this.size, this.other_size) : at;
   }
 
   private point_at_(event: PointerEvent): void {
@@ -281,11 +301,12 @@ export class PictureStage extends LitElement {
   }
 
   private pick_(at: PicturePoint): void {
-    const { layers } = this.held_at_(at);
-    if (!layers) return;
     const point = { x: rounded_share(at.x), y: rounded_share(at.y) };
-    const depth_m = distance(value_at(layers.depth_m, point.x, point.y));
-    const side = this.is_other_(at) ? "b" : "a";
+    const side = this.is_other_(point) ? "b" : "a";
+    const { layers } = side === "b" ? this.other_held : this.held;
+    const place = this.place_in_picture_(point);
+    if (!layers || !place) return;
+    const depth_m = distance(value_at(layers.depth_m, place.x, place.y));
     this.dispatchEvent(new PickEvent(point, depth_m, !this.inspect, side));
   }
 }

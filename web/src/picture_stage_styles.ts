@@ -30,6 +30,9 @@ export const kStageStyles = css`
   }
   img.other {
     clip-path: inset(0 0 0 var(--wipe));
+    /* In its own shape; the bars beside it hide the other picture. */
+    object-fit: contain;
+    background: var(--mat);
   }
   .divider {
     position: absolute;
@@ -125,8 +128,9 @@ export const kStageStyles = css`
     font-size: 0.875rem;
     color: var(--muted);
   }
-  :host([outdated]) img {
-    opacity: 0.4;
+  :host([outdated]) img:not(.other),
+  :host([other_outdated]) img.other {
+    filter: contrast(0.4);
   }
   .empty {
     position: absolute;
@@ -134,6 +138,11 @@ export const kStageStyles = css`
     display: grid;
     place-items: center;
     color: var(--muted);
+  }
+  .empty.why {
+    padding: 1rem;
+    background: var(--mat);
+    text-align: center;
   }
   .busy::after {
     content: "";

@@ -79,12 +79,14 @@ export interface Layers {
   coc_px: Layer; // pixels of this layer's own raster, near negative
 }
 
-/// What the page knows of its picture. `image` shows the state `shown`; `report` is the newest that
+/// What the page knows of its picture, which is to be of the state `wanted`. `image` shows the state
+/// `shown`; `report` is the newest that
 /// has come, of `image` if it has its id; `layers` are of a picture of `layers_of`.
 export interface PictureView {
   activity: Activity;
   since_ms: number; // of the activity, by performance.now()
   progress: RenderProgress | undefined; // of the picture that was asked for, where it is told
+  wanted: PlaygroundState | undefined;
   image: RenderedImage | undefined;
   shown: PlaygroundState | undefined;
   report: RenderReport | undefined;
@@ -105,10 +107,16 @@ export function held_layers({ layers, layers_of, shown }: PictureView): HeldLaye
   return { layers, blur_holds: same_blur(layers_of, shown) };
 }
 
+/// Whether what is shown is of older settings because the server refused the present ones.
+export function is_outdated({ complaint, shown, wanted }: PictureView): boolean {
+  return complaint !== kNoComplaint && shown !== undefined && shown !== wanted;
+}
+
 export const kNoPicture: PictureView = {
   activity: "idle",
   since_ms: 0,
   progress: undefined,
+  wanted: undefined,
   image: undefined,
   shown: undefined,
   report: undefined,
@@ -136,7 +144,7 @@ export async function* picture_updates(
   hand?: Hand,
 ): AsyncGenerator<Partial<PictureView>, void> {
   try {
-    yield { complaint: kNoComplaint, progress: undefined };
+    yield { complaint: kNoComplaint, progress: undefined, wanted: state };
     yield* patiently("preview", (s) => learn_scene(source, state, s), signal);
     const first = hand?.is_held ? held_pass(state, hand.pace) : kPreviewPass;
     for (const pass of [first, ...kLaterPasses]) {

@@ -2,7 +2,7 @@ import { LitElement, css, html, nothing } from "lit";
 import type { TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { ApiClient } from "./api_client.ts";
-import { complaint_of } from "./faults.ts";
+import { complaint_of, sentences_of } from "./faults.ts";
 import { quantity } from "./format.ts";
 import { kBaseStyles } from "./shared_styles.ts";
 import { sensor_format } from "./sensor_formats.ts";
@@ -89,7 +89,7 @@ export class PinholeRow extends LitElement {
         this.pictures_ = [...this.pictures_, { address, diameter_mm }];
       }
     } catch (error) {
-      if (!this.abort_.signal.aborted) this.message_ = complaint_of(error).message;
+      if (!this.abort_.signal.aborted) this.message_ = sentences_of(complaint_of(error)).join(" ");
     } finally {
       this.busy_ = false;
     }

@@ -197,7 +197,8 @@ export function write_state(text: URLSearchParams, state: PlaygroundState, prefi
 }
 
 /// The state that the parameters behind `prefix` name. A member that is absent or unreadable
-/// keeps its default; whether a readable value makes sense is for the server to say.
+/// keeps its default (see is_readable); whether a readable value makes sense is for the server to
+/// say.
 export function read_state(text: URLSearchParams, prefix = ""): PlaygroundState {
   const found: Record<string, unknown> = {};
   for (const { key, parameter, read } of kMembers) {
@@ -206,6 +207,13 @@ export function read_state(text: URLSearchParams, prefix = ""): PlaygroundState 
     if (value !== undefined) found[key] = value;
   }
   return { ...kDefaultState, ...found, scene: text.get(`${prefix}scene`) ?? "" };
+}
+
+/// Whether a parameter of the address, without its prefix, is a member and its text a value of it.
+export function is_readable(parameter: string, text: string): boolean {
+  if (parameter === "scene") return text !== "";
+  const found = kMembers.find((one) => one.parameter === parameter);
+  return found?.read(text) !== undefined;
 }
 
 /// The address fragment of a state, "#scene=...&camera=lens&...".
