@@ -2,7 +2,9 @@ import { LitElement, css, html, nothing } from "lit";
 import type { TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { ApiClient } from "./api_client.ts";
+import { kNoComplaint } from "./faults.ts";
 import { save_text } from "./files.ts";
+import { kept_picture, present_optics } from "./kept_picture.ts";
 import { kNoOptics } from "./optics_updates.ts";
 import type { OpticsView } from "./optics_updates.ts";
 import { kDefaultPage, page_fragment } from "./page_state.ts";
@@ -60,39 +62,43 @@ export class SharePanel extends LitElement {
   override render(): TemplateResult {
     const request = render_request(this.state);
     const link = new URL(page_fragment(this.page), document.baseURI).href;
+    const refused = this.view.complaint !== kNoComplaint;
     return html`<h2>Share and export</h2>
       <h3>Link</h3>
       <p>
         The address of this page is the request${this.page.b ? ": both requests" : ""}. Who opens it
-        sees the same picture, to the last bit.
+        ${refused ? "is refused the same." : "sees the same picture, to the last bit."}
       </p>
       ${this.copied_("link", link)}
       <h3>Files</h3>
       ${this.files_()}
-      <h3>The same request as a command</h3>
-      ${this.copied_("curl", curl_command(document.baseURI, request))}
-      <h3>The same request in Python</h3>
-      ${this.copied_("python", python_program(document.baseURI, request))}
+      ${
+        refused
+          ? html`<p class="muted waits">Commands come when the server takes the settings.</p>`
+          : html`<h3>The same request as a command</h3>
+              ${this.copied_("curl", curl_command(document.baseURI, request))}
+              <h3>The same request in Python</h3>
+              ${this.copied_("python", python_program(document.baseURI, request))}`
+      }
       <p role="status" class="muted">${this.said_}</p>`;
   }
 
   private files_(): TemplateResult {
-    const { image, report } = this.view;
-    const { optics } = this.optics;
-    const ready = image !== undefined && image.id !== "" && report?.id === image.id;
+    const kept = kept_picture(this.view, this.state);
+    const optics = present_optics(this.optics, this.state);
     return html`<div class="row">
       ${
-        ready
+        "id" in kept
           ? kFormats.map(
               (format) =>
                 html`<a
                   class="button"
-                  href=${this.client?.picture_address(image.id, format) ?? ""}
+                  href=${this.client?.picture_address(kept.id, format) ?? ""}
                   download="fstop.${format}"
                   >${format.toUpperCase()}</a
                 >`,
             )
-          : html`<span class="muted">The picture's files come when it is finished.</span>`
+          : html`<span class="muted waits">${kept.waits_for}</span>`
       }
       ${
         optics
