@@ -4,8 +4,9 @@ import { customElement, property, state } from "lit/decorators.js";
 import type { ApiClient } from "./api_client.ts";
 import { StateChangeEvent } from "./changes.ts";
 import type { ChartReport, Distance } from "./contract.ts";
-import { complaint_of } from "./faults.ts";
+import { complaint_of, sentences_of } from "./faults.ts";
 import { segments } from "./fields.ts";
+import { error_size } from "./format.ts";
 import { LatestTask } from "./latest_task.ts";
 import { measured_blur, measured_words, with_measured } from "./measured_blur.ts";
 import type { MeasuredBlur } from "./measured_blur.ts";
@@ -38,10 +39,10 @@ export class PlotsPanel extends LitElement {
   @property({ attribute: false }) subject_m: Distance = 1;
 
   @state() private kind_: Kind = "blur";
-  @state() private plot_: PlotSpec | undefined;
-  @state() private of_ = "";
+  @state() private plot_: { kind: Kind; of: string; spec: PlotSpec } | undefined;
   @state() private optimal_mm_ = 0;
-  @state() private chart_: ChartReport | undefined;
+  /// Slow to make: it stays, marked where it is of other settings.
+  @state() private chart_: { of: string; report: ChartReport } | undefined;
   @state() private share_: number | undefined;
   @state() private message_ = "";
   @state() private measuring_ = "";
@@ -62,7 +63,7 @@ export class PlotsPanel extends LitElement {
         width: min(20rem, 100%);
         accent-color: var(--accent);
       }
-      .dim {
+      div.dim {
         padding-left: 0.6rem;
         border-left: 3px dotted var(--control);
       }
@@ -83,7 +84,8 @@ export class PlotsPanel extends LitElement {
   }
 
   override render(): TemplateResult {
-    const shown = this.plot_ && this.of_.startsWith(this.kind_);
+    const shown = this.shown_();
+    const is_old = shown !== undefined && shown.of !== this.key_();
     return html`<h2>Plots</h2>
       ${segments(
         "plot",
@@ -102,10 +104,15 @@ export class PlotsPanel extends LitElement {
       <p class="fault" role="alert">${this.message_}</p>
       ${
         shown
-          ? html`<fstop-plot
-              class=${this.of_ === this.asked_ ? "" : "dim"}
-              .spec=${this.plot_}
-            ></fstop-plot>`
+          ? html`<div class=${is_old ? "dim" : ""}>
+              ${
+                is_old && this.kind_ === "speed"
+                  ? html`<p class="stale">Of the settings before. Render again for the present ones.</p>`
+                  : nothing
+              }
+              <fstop-plot class=${is_old ? "dim" : ""} .spec=${shown.spec}></fstop-plot>
+              ${this.kind_ === "speed" && this.chart_ ? reasons(this.chart_.report) : nothing}
+            </div>`
           : this.kind_ === "speed"
             ? nothing
             : html`<p class="muted">Asking the server …</p>`
@@ -119,8 +126,12 @@ export class PlotsPanel extends LitElement {
             ></fstop-pinhole-row>`
           : nothing
       }
-      ${this.kind_ === "blur" ? html`<p class="muted" role="status">${this.measuring_}</p>` : nothing}
-      ${this.kind_ === "speed" && this.chart_ ? this.reasons_(this.chart_) : nothing}`;
+      ${this.kind_ === "blur" ? html`<p class="muted" role="status">${this.measuring_}</p>` : nothing}`;
+  }
+
+  private shown_(): { of: string; spec: PlotSpec } | undefined {
+    if (this.kind_ !== "speed") return this.plot_?.kind === this.kind_ ? this.plot_ : undefined;
+    return this.chart_ && { of: this.chart_.of, spec: speed_plot(this.chart_.report) };
   }
 
   private wavelength_(): TemplateResult {
@@ -152,22 +163,6 @@ export class PlotsPanel extends LitElement {
     </p>`;
   }
 
-  /// Why the planner chose what it chose.
-  private reasons_({ picks, refused }: ChartReport): TemplateResult {
-    return html`${picks.map(
-        ({ max_error, method, passed_over, true_error, meets_target }) =>
-          html`<h3>For an error of ${max_error}: ${method}</h3>
-            <p>
-              True error ${true_error.rmse_at_most.toPrecision(2)}:
-              ${meets_target ? "within what was asked for." : "more than was asked for."}
-            </p>
-            <ul>
-              ${passed_over.map((other) => html`<li><b>${other.method}</b>: ${other.why}</li>`)}
-            </ul>`,
-      )}
-      ${refused.map(({ method, why }) => html`<p class="muted">${method} refuses: ${why}</p>`)}`;
-  }
-
   private follow_(): void {
     const key = this.key_();
     if (key === this.asked_) return;
@@ -178,7 +173,7 @@ export class PlotsPanel extends LitElement {
   }
 
   private key_(): string {
-    return `${this.kind_} ${fragment_of(this.state)} ${this.subject_m}`;
+    return key_of({ kind: this.kind_, state: this.state, subject_m: this.subject_m });
   }
 
   private submit_(): void {
@@ -191,73 +186,84 @@ export class PlotsPanel extends LitElement {
     this.share_ = undefined;
   }
 
-  private async ask_({ kind, state, subject_m }: Question, signal: AbortSignal): Promise<void> {
+  private async ask_(question: Question, signal: AbortSignal): Promise<void> {
     const { client } = this;
     if (client === undefined) return;
-    const key = this.key_();
     try {
-      const attempts = patiently(
-        "refining",
-        (s) => this.answer_(client, kind, state, subject_m, s),
-        signal,
-      );
+      const attempts = patiently("refining", (s) => this.answer_(client, question, s), signal);
       for (;;) {
         const { done, value } = await attempts.next();
         if (done) {
-          this.plot_ = value;
-          this.of_ = key;
           this.message_ = "";
           break;
         }
         if (value.activity === "away") this.message_ = "The server does not answer; trying again.";
       }
     } catch (error) {
-      const { message, faults } = complaint_of(error);
       this.measuring_ = "";
-      if (!signal.aborted)
-        this.message_ = [message, ...faults.map(({ detail }) => detail)].join(" ");
+      if (!signal.aborted) this.message_ = sentences_of(complaint_of(error)).join(" ");
     } finally {
       this.share_ = undefined;
     }
   }
 
   /// The theory at once, then what pictures say of it.
-  private async blur_(
-    client: ApiClient,
-    state: PlaygroundState,
-    signal: AbortSignal,
-  ): Promise<PlotSpec> {
+  private async blur_(client: ApiClient, question: Question, signal: AbortSignal): Promise<void> {
+    const { state } = question;
     this.measuring_ = "";
     const { plot, optics } = await blur_plot(client, state, signal);
     const points: MeasuredBlur[] = [];
-    this.plot_ = with_measured(plot, points);
-    this.of_ = this.key_();
+    this.show_(question, with_measured(plot, points));
     await pause(kBeforeMeasuring_ms, signal);
     this.measuring_ = "Measuring blur in rendered pictures …";
     for await (const point of measured_blur(client, state, optics, signal)) {
       points.push(point);
-      this.plot_ = with_measured(plot, points);
+      this.show_(question, with_measured(plot, points));
     }
     this.measuring_ = measured_words(points);
-    return with_measured(plot, points);
   }
 
-  private async answer_(
-    client: ApiClient,
-    kind: Kind,
-    state: PlaygroundState,
-    subject_m: Distance,
-    signal: AbortSignal,
-  ): Promise<PlotSpec> {
-    if (kind === "blur") return this.blur_(client, state, signal);
-    if (kind === "contrast") return contrast_plot(client, state, subject_m, signal);
+  private show_(question: Question, spec: PlotSpec): void {
+    this.plot_ = { kind: question.kind, of: key_of(question), spec };
+  }
+
+  private async answer_(client: ApiClient, question: Question, signal: AbortSignal): Promise<void> {
+    const { kind, state, subject_m } = question;
+    if (kind === "blur") return this.blur_(client, question, signal);
+    if (kind === "contrast")
+      return this.show_(question, await contrast_plot(client, state, subject_m, signal));
     if (kind === "speed") {
       const on_progress = (share: number): void => void (this.share_ = share);
-      this.chart_ = await client.chart(chart_request(state), on_progress, signal);
-      return speed_plot(this.chart_);
+      const report = await client.chart(chart_request(state), on_progress, signal);
+      this.chart_ = { of: key_of(question), report };
+      return;
     }
     const { plot, optimal_mm } = await pinhole_plot(client, state, subject_m, signal);
     this.optimal_mm_ = optimal_mm;
-    return plot;
+    this.show_(question, plot);
   }
+}
+
+/// What the plot is of.
+function key_of({ kind, state, subject_m }: Question): string {
+  if (kind === "speed") return `${kind} ${JSON.stringify(chart_request(state))}`;
+  return `${kind} ${fragment_of(state)} ${subject_m}`;
+}
+
+/// Why the planner chose what it chose.
+function reasons({ picks, refused }: ChartReport): TemplateResult {
+  return html`<div class="reasons">
+    ${picks.map(
+      ({ max_error, method, passed_over, true_error, meets_target }) =>
+        html`<h3>For an error of ${max_error}: ${method}</h3>
+          <p>
+            True error ${error_size(true_error.rmse_at_most)}:
+            ${meets_target ? "within what was asked for." : "more than was asked for."}
+          </p>
+          <ul>
+            ${passed_over.map((other) => html`<li><b>${other.method}</b>: ${other.why}</li>`)}
+          </ul>`,
+    )}
+    ${refused.map(({ method, why }) => html`<p class="muted">${method} refuses: ${why}</p>`)}
+  </div>`;
 }
