@@ -177,4 +177,24 @@ describe("a server in trouble", { timeout: 600_000 }, () => {
     await eventually(() => optics_number(page, "Working f-number"), (n) => Math.abs(n - 8.205) < 0.01);
     assert.equal(await status.innerText(), "");
   });
+
+  it("that is away is told of by an experiment, which goes on when it is back", async () => {
+    const { page } = shared;
+    await open(shared, kDraft);
+    await open_tab(page, "Experiments");
+    await page.getByRole("button", { name: /Hyperfocal/ }).click();
+    await finished(page, "focused at infinity");
+    await page.route("**/v1/optics", (route) => route.abort());
+    const choices = page.locator("fstop-experiments .choices button");
+    await choices.last().click();
+    const activity = page.locator("fstop-experiments .activity");
+    await eventually(
+      () => activity.innerText(),
+      (text) => text === "The server does not answer; measuring goes on when it is back.",
+    );
+    await page.unroute("**/v1/optics");
+    await page.locator('fstop-experiments td[data-name="near"]').waitFor();
+    assert.equal(await activity.count(), 0);
+    assert.ok(await choices.last().isEnabled());
+  });
 });

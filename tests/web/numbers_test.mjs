@@ -6,7 +6,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { describe, it } from "node:test";
 import { promisify } from "node:util";
-import { choose, eventually, finished, kDraft, kPicture_ms, open, open_tab, use_page } from "./harness.mjs";
+import { choose, eventually, finished, kDraft, kPicture_ms, open, open_tab } from "./harness.mjs";
+import { pixels_of, rgb_at, use_page } from "./harness.mjs";
 
 const run = promisify(execFile);
 
@@ -166,11 +167,25 @@ describe("plots", { timeout: 600_000 }, () => {
     assert.ok(lens.at(-1) < lens[0] / 4, `${lens}`); // 64 times the samples: an eighth of the noise
     assert.ok((await page.locator("fstop-plot path.rings").count()) >= 2);
     assert.match(await text_of(page.locator("fstop-plots")), /For an error of 0\.01: .*costs more/s);
+
+    // With other settings plot and reasons are both marked as old, and say so.
+    const stale = page.locator("fstop-plots .dim .stale");
+    assert.equal(await stale.count(), 0);
+    await page.getByRole("slider", { name: /Aperture, f-number/ }).focus();
+    await page.keyboard.press("ArrowRight");
+    await stale.waitFor();
+    assert.match(await stale.innerText(), /Of the settings before/);
+    assert.equal(await page.locator("fstop-plots .dim .reasons").count(), 1);
+    assert.equal(await page.locator("fstop-plots .dim fstop-plot.dim").count(), 1);
+    await page.keyboard.press("ArrowLeft");
+    await stale.waitFor({ state: "detached" });
+    assert.equal(await page.locator("fstop-plots .reasons").count(), 1);
   });
 });
 
 describe("experiments", { timeout: 600_000 }, () => {
   const shared = use_page();
+  const kBackground = [205, 225, 240]; // of the spheres, (0.62, 0.76, 0.88) in sRGB
 
   it("answer every step by what the server measures", async () => {
     const { page } = shared;
@@ -210,18 +225,24 @@ describe("experiments", { timeout: 600_000 }, () => {
     await open_tab(page, "Experiments");
     await page.getByRole("button", { name: /Hyperfocal/ }).click();
     assert.match(page.url(), /focus_distance_m=infinity.*experiment=hyperfocal-focusing/);
-    await page.getByRole("button", { name: "From 2.4 m" }).click();
+    // The sky is a card: no corner of the picture shows what is beside it, the background.
+    const shown = await pixels_of(await finished(page, "35 mm"));
+    for (const [x, y] of [[0, 0], [0.999, 0], [0, 0.4], [0.999, 0.4]]) {
+      const off = rgb_at(shown, x, y).map((value, i) => Math.abs(value - kBackground[i]));
+      assert.ok(Math.max(...off) > 12, `${x}, ${y}: ${rgb_at(shown, x, y)}`);
+    }
+    await page.getByRole("button", { name: "From 5 m" }).click();
     const cell = page.locator('fstop-experiments td[data-name="near"]');
     await cell.waitFor();
     // Near limit at infinity: f^2/(N c), c = diagonal / 1442.
-    const wanted_m = 0.024 ** 2 / ((8 * Math.hypot(0.036, 0.024)) / 1442);
+    const wanted_m = 0.035 ** 2 / ((8 * Math.hypot(0.036, 0.024)) / 1442);
     assert.ok(Math.abs(Number.parseFloat(await cell.innerText()) / wanted_m - 1) < 5e-3);
     assert.match(await text_of(page.locator("fstop-experiments")), /Right\./);
     await page.getByRole("button", { name: "Next step" }).click();
     await page.reload();
     await page.locator("fstop-experiments .choices").waitFor();
     assert.match(await text_of(page.locator("fstop-experiments")), /Step 2 of 2/);
-    assert.match(page.url(), /focus_distance_m=2\.425.*step=2/);
+    assert.match(page.url(), /focus_distance_m=5\.14.*step=2/);
   });
 });
 

@@ -58,7 +58,7 @@ export class ApiClient {
       const send = (path: string, init: RequestInit): Promise<Response> => this.reply_(path, init);
       reply = await picture_of_job(job, send, signal, tell ?? (() => undefined));
     }
-    const picture = await reply.blob();
+    const picture = await whole(reply.blob(), signal);
     return {
       id: reply.headers.get("Fstop-Render-Id") ?? "",
       method: reply.headers.get("Fstop-Method") ?? "",
@@ -95,7 +95,8 @@ export class ApiClient {
   /// A layer that the render was asked for: metres along the axis, or signed blur in pixels.
   async layer(id: string, output: "depth" | "coc", signal: AbortSignal): Promise<Layer> {
     const path = `v1/renders/${encodeURIComponent(id)}/outputs/${output}?format=exr`;
-    return read_layer(await (await this.reply_(path, { signal })).arrayBuffer());
+    const reply = await this.reply_(path, { signal });
+    return read_layer(await whole(reply.arrayBuffer(), signal));
   }
 
   /// `on_progress` hears of the share that is done, 0 to 1.
@@ -105,13 +106,7 @@ export class ApiClient {
     signal: AbortSignal,
   ): Promise<ChartReport> {
     const reply = await this.reply_("v1/charts", { ...post_of(request, kEventStream), signal });
-    for await (const { event, data } of events_of(reply.body ?? new ReadableStream())) {
-      if (event === "progress") on_progress((JSON.parse(data) as { progress: number }).progress);
-      if (event === "problem") throw refusal_of(JSON.parse(data) as Problem);
-      if (event === "chart") return JSON.parse(data) as ChartReport;
-    }
-    signal.throwIfAborted();
-    throw new UnreachableError("the events ended before the chart");
+    return whole(told_chart(reply, on_progress), signal);
   }
 
   /// The drawing that the server makes of a chart.
@@ -121,7 +116,7 @@ export class ApiClient {
 
   private async json_<Answer>(path: string, init: RequestInit): Promise<Answer> {
     const reply = await this.reply_(path, init);
-    return (await reply.json()) as Answer;
+    return (await whole(reply.json(), init.signal ?? undefined)) as Answer;
   }
 
   /// The reply with what was asked for. Throws: one of the errors above, or the signal's reason.
@@ -139,6 +134,18 @@ export class ApiClient {
       throw new BusyError(retry_after_ms(reply.headers.get("Retry-After"), Date.now()));
     if (!reply.ok) throw new RefusedError(reply.status, await problem_of(reply));
     return reply;
+  }
+}
+
+/// A reply's body. Throws: UnreachableError where the connection breaks before its end.
+async function whole<Body>(body: Promise<Body>, signal: AbortSignal | undefined): Promise<Body> {
+  try {
+    return await body;
+  } catch (error) {
+    signal?.throwIfAborted();
+    // So `fetch` calls a broken connection; an unreadable body is another kind of error.
+    if (error instanceof TypeError) throw new UnreachableError(error);
+    throw error;
   }
 }
 
@@ -170,6 +177,19 @@ export function numbers_of(header: string | null): Map<string, number> {
 }
 
 const kEventStream = "text/event-stream, application/problem+json";
+
+/// The chart at the end of its events.
+async function told_chart(
+  reply: Response,
+  on_progress: (share: number) => void,
+): Promise<ChartReport> {
+  for await (const { event, data } of events_of(reply.body ?? new ReadableStream())) {
+    if (event === "progress") on_progress((JSON.parse(data) as { progress: number }).progress);
+    if (event === "problem") throw refusal_of(JSON.parse(data) as Problem);
+    if (event === "chart") return JSON.parse(data) as ChartReport;
+  }
+  throw new UnreachableError("the events ended before the chart");
+}
 
 function refusal_of(problem: Problem): RefusedError {
   return new RefusedError(problem.status ?? 500, problem);

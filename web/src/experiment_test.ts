@@ -50,6 +50,24 @@ describe("an experiment's step", () => {
 });
 
 describe("the experiments' files", () => {
+  it("measure a point where their words say that it is", () => {
+    const distance_m = (words: string): number | undefined => {
+      const [, found] = /\bpoint at (\d+(?:\.\d+)?) m\b/i.exec(words) ?? [];
+      return found === undefined ? undefined : Number(found);
+    };
+    let told = 0;
+    for (const [name, { steps }] of kExperiments)
+      for (const { question, measure } of steps)
+        for (const { label, request, pointer } of measure) {
+          const at_m = distance_m(label) ?? distance_m(question);
+          if (at_m === undefined) continue;
+          expect(request?.["object_distance_m"], `${name}: ${label}`).toBe(at_m);
+          expect(pointer, "these figures are of a point at infinity").not.toMatch(/pinhole\/figures/);
+          ++told;
+        }
+    expect(told).toBeGreaterThanOrEqual(8);
+  });
+
   it("are at least six, each of steps whose parts belong together", () => {
     expect(kExperiments.size).toBeGreaterThanOrEqual(6);
     for (const [name, { steps }] of kExperiments)

@@ -5,11 +5,20 @@ import type { ApiClient } from "./api_client.ts";
 import { answer_of, measured, page_of_step, right_choice, worded } from "./experiment.ts";
 import type { Experiment, Measured, Step } from "./experiment.ts";
 import { kExperiments } from "./experiments/index.ts";
-import { complaint_of } from "./faults.ts";
+import { complaint_of, sentences_of } from "./faults.ts";
 import { kDefaultPage } from "./page_state.ts";
 import type { PageState } from "./page_state.ts";
 import { patiently } from "./picture_updates.ts";
+import type { Activity } from "./picture_updates.ts";
 import { kBaseStyles, kControlStyles } from "./shared_styles.ts";
+
+const kActivityText: Readonly<Record<Activity, string>> = {
+  idle: "",
+  preview: "Measuring …",
+  refining: "Measuring …",
+  waiting: "The server is busy; measuring goes on when it has room.",
+  away: "The server does not answer; measuring goes on when it is back.",
+};
 
 /// A list of experiments, or the one that the page holds, step by step.
 @customElement("fstop-experiments")
@@ -20,7 +29,7 @@ export class ExperimentsPanel extends LitElement {
 
   @state() private guess_: number | undefined;
   @state() private numbers_: Measured | undefined;
-  @state() private busy_ = false;
+  @state() private activity_: Activity = "idle";
   @state() private message_ = "";
   private abort_ = new AbortController();
 
@@ -110,8 +119,14 @@ export class ExperimentsPanel extends LitElement {
   }
 
   override render(): TemplateResult {
-    const experiment = kExperiments.get(this.page.experiment);
+    const name = this.page.experiment;
+    const experiment = kExperiments.get(name);
     return html`<h2>Experiments</h2>
+      ${
+        name !== "" && !experiment
+          ? html`<p class="fault">The link names an experiment that is not here: ${name}.</p>`
+          : nothing
+      }
       ${experiment ? this.open_(experiment) : this.list_()}`;
   }
 
@@ -141,8 +156,12 @@ export class ExperimentsPanel extends LitElement {
       <div class="choices" role="group" aria-label="Answers">
         ${step.choices.map((choice, i) => this.choice_(step, choice, i))}
       </div>
-      <div aria-live="polite" aria-busy=${this.busy_ ? "true" : "false"}>
-        ${this.busy_ ? html`<p class="muted">Measuring …</p>` : nothing}
+      <div aria-live="polite" aria-busy=${this.activity_ === "idle" ? "false" : "true"}>
+        ${
+          this.activity_ === "idle"
+            ? nothing
+            : html`<p class="muted activity">${kActivityText[this.activity_]}</p>`
+        }
         ${this.message_ === "" ? nothing : html`<p class="fault">${this.message_}</p>`}
         ${this.numbers_ ? this.answer_(step, this.numbers_) : nothing}
       </div>
@@ -177,7 +196,7 @@ export class ExperimentsPanel extends LitElement {
       type="button"
       class=${right ? "right" : wrong ? "wrong" : ""}
       aria-pressed=${this.guess_ === i ? "true" : "false"}
-      ?disabled=${this.busy_}
+      ?disabled=${this.activity_ !== "idle"}
       @click=${() => void this.guess_at_(step, i)}
     >
       ${choice}
@@ -216,31 +235,32 @@ export class ExperimentsPanel extends LitElement {
     this.guess_ = undefined;
     this.numbers_ = undefined;
     this.message_ = "";
+    this.activity_ = "idle";
   }
 
   private async guess_at_(step: Step, choice: number): Promise<void> {
     const { client } = this;
     this.guess_ = choice;
     if (client === undefined || this.numbers_) return;
+    this.abort_.abort();
     this.abort_ = new AbortController();
     const { signal } = this.abort_;
-    this.busy_ = true;
     this.message_ = "";
     try {
       const attempts = patiently("refining", (s) => measured(client, step, s), signal);
       for (;;) {
         const { done, value } = await attempts.next();
+        if (signal.aborted) return;
         if (done) {
           this.numbers_ = value;
           break;
         }
+        this.activity_ = value.activity ?? this.activity_;
       }
     } catch (error) {
-      const { message, faults } = complaint_of(error);
-      if (!signal.aborted)
-        this.message_ = [message, ...faults.map(({ detail }) => detail)].join(" ");
+      if (!signal.aborted) this.message_ = sentences_of(complaint_of(error)).join(" ");
     } finally {
-      this.busy_ = false;
+      if (!signal.aborted) this.activity_ = "idle";
     }
   }
 }
