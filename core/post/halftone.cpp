@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "core/error.h"
 
@@ -49,19 +50,24 @@ std::vector<Place> places(int n) {
   return result;
 }
 
-// The cells' brightness in round dots: (cos 2 pi u + cos 2 pi v)/2 is largest at a dot's centre.
-// The share of a cell that is brighter than b:
-//     P(cos p + cos q > 2 b) = 1/pi^2 integral_0^pi acos(clamp(2 b - cos p)) dp.
-constexpr int kBrightnesses = 1024;  // steps from -1 to 1
-constexpr int kQuadrature = 512;
+// The phase of the dots. Where they and the pixels have a common period, a pixel meets few phases,
+// and at 0 or 1/4 several of them were equally bright: fewer levels. At these none are.
+constexpr double kPhaseAcross = 0.137;
+constexpr double kPhaseDown = 0.281;
 
-double share_brighter_than(double brightness) {
-  double sum = 0.0;
-  for (int i = 0; i < kQuadrature; ++i) {
-    const double p = (i + 0.5) * std::numbers::pi / kQuadrature;
-    sum += std::acos(std::clamp(2.0 * brightness - std::cos(p), -1.0, 1.0));
+// How many pixels a side are looked at to learn how bright the dots are.
+constexpr int kLookedAt = 256;
+// What differs by less is equally bright: sums of two cosines round by some 1e-13.
+constexpr double kEquallyBright = 1e-9;
+
+// Weights, adding up to 1, that fall to 0 towards the ends: a sum over pixels is then a mean over
+// the dots, whether or not a whole number of them fits (Hann's window).
+std::vector<double> faded_out(int count) {
+  std::vector<double> weights;
+  for (int i = 0; i < count; ++i) {
+    weights.push_back((1.0 - std::cos(2.0 * std::numbers::pi * (i + 0.5) / count)) / count);
   }
-  return sum / kQuadrature / std::numbers::pi;
+  return weights;
 }
 
 double tone_of(float value) { return value > 0.0F ? std::min(1.0, double{value}) : 0.0; }
@@ -221,9 +227,7 @@ HalftoneScreen::HalftoneScreen(const HalftoneSpec& spec) {
       require_cell(spec.cell);
       across_ = std::cos(spec.angle) / spec.cell;
       down_ = std::sin(spec.angle) / spec.cell;
-      for (int i = 0; i <= kBrightnesses; ++i) {
-        darkness_.push_back(share_brighter_than(2.0 * i / kBrightnesses - 1.0));
-      }
+      rank_dots();
       return;
     case HalftoneMethod::error_diffusion:
       throw Error(ErrorCode::outside_domain, "error diffusion has no thresholds");
@@ -235,15 +239,41 @@ double HalftoneScreen::threshold(int x, int y) const noexcept {
   return cell_[static_cast<std::size_t>(y % side_ * side_ + x % side_)];
 }
 
+double HalftoneScreen::brightness_of_dots(int x, int y) const noexcept {
+  const double u = across_ * x + down_ * y + kPhaseAcross;
+  const double v = across_ * y - down_ * x + kPhaseDown;
+  return std::cos(2.0 * std::numbers::pi * u) + std::cos(2.0 * std::numbers::pi * v);
+}
+
+void HalftoneScreen::rank_dots() {
+  const std::vector<double> weights = faded_out(kLookedAt);
+  std::vector<std::pair<double, double>> pixels;  // brightness, weight
+  for (int y = 0; y < kLookedAt; ++y) {
+    for (int x = 0; x < kLookedAt; ++x) {
+      pixels.emplace_back(brightness_of_dots(x, y), weights[static_cast<std::size_t>(x)] *
+                                                        weights[static_cast<std::size_t>(y)]);
+    }
+  }
+  std::ranges::sort(pixels, std::ranges::greater{});
+  double brighter = 0.0;
+  for (auto first = pixels.begin(); first != pixels.end();) {
+    double alike = 0.0;
+    auto last = first;
+    for (; last != pixels.end() && first->first - last->first < kEquallyBright; ++last) {
+      alike += last->second;
+    }
+    // The darkest of those alike, so that the first brightness not above a pixel's is its own.
+    dots_.push_back({.brightness = std::prev(last)->first, .threshold = brighter + 0.5 * alike});
+    brighter += alike;
+    first = last;
+  }
+}
+
 double HalftoneScreen::threshold_of_dots(int x, int y) const noexcept {
-  const double u = across_ * (x + 0.5) + down_ * (y + 0.5);
-  const double v = across_ * (y + 0.5) - down_ * (x + 0.5);
-  const double brightness =
-      0.5 * (std::cos(2.0 * std::numbers::pi * u) + std::cos(2.0 * std::numbers::pi * v));
-  const double step = 0.5 * (brightness + 1.0) * kBrightnesses;
-  const auto i = static_cast<std::size_t>(std::clamp(step, 0.0, kBrightnesses - 1.0));
-  const double rest = step - static_cast<double>(i);
-  return darkness_[i] + rest * (darkness_[i + 1] - darkness_[i]);
+  const double brightness = brightness_of_dots(x, y) + 0.5 * kEquallyBright;
+  const auto dot = std::ranges::lower_bound(dots_, brightness, std::ranges::greater{},
+                                            &DotThreshold::brightness);
+  return dot == dots_.end() ? dots_.back().threshold : dot->threshold;
 }
 
 Image halftone(const Image& color, const HalftoneSpec& spec) {

@@ -45,6 +45,9 @@ bool has_dispersed_order(int n) noexcept;
 /// The threshold that a pixel's tone must exceed to be lit, in (0, 1): one function for all methods
 /// that look at one pixel alone. Over a cell the thresholds are spread evenly, so that a tone t
 /// lights the share t of the pixels: exactly round(t n^2) of an n x n cell, in n^2 + 1 levels.
+/// Round dots are bright as cos 2 pi u + cos 2 pi v about their centres; how bright pixels are is
+/// ranked over the pixels themselves, so that a screen in step with them keeps its tone as a cell
+/// does.
 class HalftoneScreen {
  public:
   /// Throws: Error{outside_domain} for error_diffusion, which is no threshold, and for cells
@@ -54,12 +57,18 @@ class HalftoneScreen {
   double threshold(int x, int y) const noexcept;
 
  private:
+  struct DotThreshold {
+    double brightness = 0.0;
+    double threshold = 0.0;  // share of the pixels that are brighter, half of those alike with them
+  };
+  void rank_dots();
+  double brightness_of_dots(int x, int y) const noexcept;
   double threshold_of_dots(int x, int y) const noexcept;
 
-  int side_ = 0;                       // of `cell_`; 0: round dots
-  std::vector<double> cell_ = {};      // thresholds, row by row
-  std::vector<double> darkness_ = {};  // round dots: the share of the area above each brightness
-  double across_ = 0.0;                // round dots: cells a pixel to the right, along the screen
+  int side_ = 0;                         // of `cell_`; 0: round dots
+  std::vector<double> cell_ = {};        // thresholds, row by row
+  std::vector<DotThreshold> dots_ = {};  // round dots, the brightest first
+  double across_ = 0.0;                  // round dots: cells a pixel to the right, along the screen
   double down_ = 0.0;
 };
 

@@ -143,6 +143,26 @@ TEST(Halftone, RoundDotsCoverTheShareThatTheToneSays) {
   }
 }
 
+// In step with the pixels a screen is a cell of n x n pixels: the nearest of its n^2 + 1 levels.
+// Turned by atan(1/2) a screen of sqrt 5 px has 5 pixels a dot.
+TEST(Halftone, RoundDotsInStepWithPixelsKeepTheirTone) {
+  const auto expect_tones = [](double cell, double angle, int pixels_a_dot) {
+    const HalftoneSpec spec{.method = Method::varying_dot, .cell = cell, .angle = angle};
+    const int side = 60;  // whole periods of every screen here
+    for (int i = 0; i <= 100; ++i) {
+      const double tone = i / 100.0;
+      const double mean = mean_of(halftone(flat(side, side, static_cast<float>(tone)), spec));
+      EXPECT_NEAR(mean, tone, 0.5 / pixels_a_dot + 1e-6) << cell << " px at " << angle;
+    }
+  };
+  for (const int n : {2, 3, 4, 5, 6}) {
+    expect_tones(n, 0.0, n * n);
+    expect_tones(n, 0.5 * std::numbers::pi, n * n);
+  }
+  expect_tones(2.0 * std::numbers::sqrt2, 0.25 * std::numbers::pi, 8);
+  expect_tones(std::sqrt(5.0), std::atan(0.5), 5);
+}
+
 // The picture's own frequencies: the dots stand on a square lattice of side `cell`, turned by
 // `angle`, so that the lattice's wave carries the first harmonic, and the unturned one does not.
 TEST(Halftone, ScreenHasItsCellAndAngle) {

@@ -128,13 +128,16 @@ LayerError LayerStack::error() const noexcept {
           .alpha = std::min(1.0, error_.alpha + unsure)};
 }
 
-LayerError keyed_error(const ChromaKey& key, double color) {
+LayerError keyed_error(const ChromaKey& key, const Image& layer, double color) {
   if (!(color > 0.0)) return {};
   // Over the pixels: their colours' vectors of three channels have sqrt(3) of the RMSE's length.
   const double chroma = kChromaGain * std::sqrt(3.0) * color;
   const double alpha = key.softness > 0.0 ? std::min(1.0, chroma / key.softness) : 1.0;
   const double brightest = std::max({key.color[0], key.color[1], key.color[2]});
-  return {.color = std::min(1.0, color + brightest * alpha), .alpha = alpha};
+  const double unsure = std::sqrt(
+      share_of_pixels(layer, [&](int x, int y) { return is_beyond_white(layer.at(x, y)); }));
+  return {.color = std::min(1.0, color + brightest * alpha + unsure),
+          .alpha = std::min(1.0, alpha + unsure)};
 }
 
 }  // namespace fstop

@@ -70,13 +70,14 @@ class LayerStack {
 /// multiplied by `opacity`, empty where it does not reach.
 Image placed_layer(const Image& layer, int width, int height, const LayerPlace& place);
 
-/// The errors of keyed(color, key) where the colours' error is `color` RMSE:
+/// The errors of keyed(layer, key) where the colours' error is `color` RMSE of values up to white:
 ///
 ///     |d alpha| <= |d chroma|/softness <= 0.7299 |d colour|/softness,
 ///     |d layer| <= |d colour| + max(key) |d alpha|
 ///
 /// 0.7299: the greatest singular value of the matrix (Cb, Cr) of Rec. 709. A hard edge has no
-/// bound but 1 where the colours are not exact.
-LayerError keyed_error(const ChromaKey& key, double color);
+/// bound but 1 where the colours are not exact. Pixels beyond white, whose colours may be as far
+/// off as they like, count as wholly wrong. `layer` has 3 or 4 channels.
+LayerError keyed_error(const ChromaKey& key, const Image& layer, double color);
 
 }  // namespace fstop

@@ -183,7 +183,8 @@ TEST(LayerStack, OverlayCountsTheFringeOfWhatIsNotExact) {
 // |A d|/|d| of the matrix (Cb, Cr) over directions of colour: never above the constant, and near
 // it.
 TEST(LayerStack, TheKeysGainIsTheLargestOfTheChromaMatrix) {
-  const double key_error = keyed_error({.color = {0, 0, 0}, .softness = 1.0}, 0.01).alpha;
+  const double key_error =
+      keyed_error({.color = {0, 0, 0}, .softness = 1.0}, Image(1, 1, 3), 0.01).alpha;
   const double gain = key_error / (0.01 * std::sqrt(3.0));
   std::mt19937 random(3);
   std::normal_distribution<float> any;
@@ -208,14 +209,34 @@ TEST(LayerStack, KeyedErrorsBoundWhatNoiseDoes) {
     plate.pixels()[i] = share(random);
     seen.pixels()[i] = std::clamp(plate.pixels()[i] + noise(random), 0.0F, 1.0F);
   }
-  const LayerError bound = keyed_error(key, rmse(plate, seen, 0, 3));
+  const LayerError bound = keyed_error(key, seen, rmse(plate, seen, 0, 3));
   const Image truth = keyed(plate, key);
   const Image made = keyed(seen, key);
   EXPECT_LE(rmse(truth, made, 0, 3), bound.color);
   EXPECT_LE(rmse(truth, made, 3, 4), bound.alpha);
   EXPECT_GT(rmse(truth, made, 3, 4), 0.1 * bound.alpha);
-  EXPECT_EQ(keyed_error({.softness = 0.0}, 1e-9).alpha, 1.0);
-  EXPECT_EQ(keyed_error({.softness = 0.0}, 0.0).alpha, 0.0);
+  EXPECT_EQ(keyed_error({.softness = 0.0}, seen, 1e-9).alpha, 1.0);
+  EXPECT_EQ(keyed_error({.softness = 0.0}, seen, 0.0).alpha, 0.0);
+}
+
+// Beyond white the error of clipped values says nothing of how far a colour is off.
+TEST(LayerStack, KeyedErrorsHoldForLightBeyondWhite) {
+  const ChromaKey key{.color = {0.1F, 0.8F, 0.2F}, .tolerance = 0.1, .softness = 0.2};
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    std::mt19937 random(seed);
+    Image plate(kWidth, kHeight, 3), seen(kWidth, kHeight, 3);
+    std::uniform_real_distribution<float> grey(2.0F, 3.0F);
+    std::normal_distribution<float> noise(0.0F, 0.2F);
+    for (std::size_t i = 0; i < plate.pixels().size(); ++i) {
+      const bool is_light = i % 30 < 3;
+      plate.pixels()[i] = is_light ? grey(random) : 0.5F;
+      seen.pixels()[i] =
+          is_light ? plate.pixels()[i] + noise(random) : 0.5F + 0.01F * noise(random);
+    }
+    const LayerError bound = keyed_error(key, seen, rmse(plate, seen, 0, 3));
+    EXPECT_LE(rmse(keyed(plate, key), keyed(seen, key), 3, 4), bound.alpha) << "seed " << seed;
+    EXPECT_LT(bound.alpha, 0.5);
+  }
 }
 
 TEST(LayerStack, RefusesWhatIsNoLayer) {

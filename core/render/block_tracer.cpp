@@ -119,6 +119,7 @@ BlockTracer::BlockTracer(const SampleSource& source, const BlockGrid& grid,
               .keys = {.pixel = pixels_of(grid, block)},
               .footprint_rate = source.texture_width_px * slope_,
               .certain_light = source.certain_light,
+              .brightest = source.brightest,
               .without_background = source.hides_background ? kAllLanes : 0U,
               .illumination = source.illumination},
       pixel_x_(source.sequence, Dimension::pixel_x, inputs_.keys.pixel),
@@ -212,10 +213,11 @@ void BlockTracer::note_cut() noexcept {
   traced_ += 1.0;
   for (std::size_t k = 0; k < kLanes; ++k) {
     if (valid_[k] == 0) continue;
+    const double cut = std::min(1.0, double{cut_[k]});  // of values clipped to [0,1]
     if (by_chance) {
-      cut_sums_[k] += double{cut_[k]};
+      cut_sums_[k] += cut;
     } else {
-      cut_squares_ += double{cut_[k]} * double{cut_[k]};
+      cut_squares_ += cut * cut;
     }
   }
 }

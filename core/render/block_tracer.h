@@ -24,6 +24,7 @@ struct SampleSource {
   float shutter_seconds = 0.0F;      // > 0: rays are spread over the time the shutter is open
   Vec3f velocity = {};               // of the camera, m/s, over that time
   float certain_light = 0.0F;        // ShadingInputs::certain_light
+  float brightest = 1.0F;            // ShadingInputs::brightest
   float texture_width_px = 0.0F;     // pixels that a texture lookup averages over
   float texture_disc_share = 0.0F;   // or this much of a blur disc, if that is wider
   std::uint32_t mask = 0xffffffffU;  // of rays that leave the pupil: EmitterChoice::camera_mask
@@ -49,8 +50,8 @@ class BlockTracer {
   /// Blur diameter in pixels of a vergence of 1/metre beside the focus.
   double blur_px() const noexcept { return 2.0 * frame_.radius / frame_.slope; }
 
-  /// Sum over all samples so far of the squared weight of branches that were not followed: where
-  /// chance decides which are followed, of its mean over each pixel's samples.
+  /// Sum over all samples so far of the square of what branches that were not followed may add:
+  /// where chance decides which are followed, of its mean over each pixel's samples.
   double cut_squares() const noexcept;
 
   /// Lanes whose pixel lies in the picture.

@@ -120,7 +120,7 @@ struct RenderOutcome {
   int samples_max = 0;
   NoiseEstimate noise = {};
   std::uint64_t rays = 0;
-  std::optional<double> cut_rmse = {};  // of branches not followed, for light up to 1; measured
+  std::optional<double> cut_rmse = {};  // of branches not followed, measured
   std::optional<std::vector<EffectLoss>> effects =
       {};  // where rendering learnt more than the quote
   std::optional<SharedSamples> shared = {};

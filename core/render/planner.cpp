@@ -119,10 +119,11 @@ ModelledEffect branches_of(const Shot& shot, const ShotFacts& facts) {
   return {.effect = "reflection and transmission",
           .modelled = followed,
           .bound = facts.branch_error,
-          .why = followed ? "followed until a branch counts less than " + rounded(kSmallestBranch) +
-                                " or lies " + std::to_string(kDeepestBranch) +
-                                " deep; what that hides is taken as white at most"
-                          : "left out, as illumination local says: not part of the error"};
+          .why = followed
+                     ? "followed until the brightest that shines, or white, adds less than " +
+                           rounded(kSmallestBranch) + " or lies " + std::to_string(kDeepestBranch) +
+                           " deep; what is lit is taken as white at most"
+                     : "left out, as illumination local says: not part of the error"};
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "core/optics/pinhole.h"
 #include "core/render/adaptive.h"
 #include "core/render/texture_detail.h"
+#include "core/shading/ray_tree.h"
 
 namespace fstop {
 namespace {
@@ -160,6 +161,7 @@ SampleSource sample_source(const Shot& shot, const Camera& camera, bool samples_
           .shutter_seconds = motion ? static_cast<float>(shot.camera.shutter_seconds) : 0.0F,
           .velocity = motion ? to_float(shot.camera.velocity) : Vec3f{},
           .certain_light = certain_light(shot),
+          .brightest = brightest_value(*shot.scene, exposure_of(shot.camera)),
           .texture_width_px = static_cast<float>(texture_lookup_width(shot.quality)),
           .texture_disc_share = static_cast<float>(shot.quality.texture_disc_share),
           .illumination = shot.illumination,

@@ -288,7 +288,8 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
   }
   facts.interreflects = facts.interreflects && shot.illumination == Illumination::global;
   if (facts.mirrors || facts.interreflects) {
-    const BranchBound bound = branch_bound(scene.materials, shot.illumination);
+    const double brightest = double{brightest_value(*shot.scene, exposure_of(shot.camera))};
+    const BranchBound bound = branch_bound(scene.materials, shot.illumination, brightest);
     facts.branch_error = bound.error;
     facts.forks = bound.forks;
   }

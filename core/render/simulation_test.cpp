@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -353,6 +355,59 @@ TEST(Simulation, WavesRefuseDiscsFarWiderThanThePicture) {
   EXPECT_EQ(refusal_of(spec, scene), ErrorCode::no_valid_method);
   spec.quality.method = "auto";
   EXPECT_NE(photograph(spec, scene).report.method, "wave");
+}
+
+// A dark mirror of 0.0009 before a wall behind the camera: its pixels are the wall's radiance times
+// 0.0009 and the exposure. What the smallest branch would hide depends on how bright that is.
+TEST(Simulation, FaintMirrorsShowWhatIsBright) {
+  constexpr double kMirror = 0.0009;
+  const auto shown = [](double radiance, std::optional<double> iso) {
+    Scene scene;
+    const auto value = static_cast<float>(radiance);
+    scene.materials = {Material{.reflection = kMirror},
+                       Material{.emission = {.value = {value, value, value}}}};
+    scene.objects = {
+        {.shape = QuadObject{.corner = {-9, -9, -5}, .edge_u = {18, 0, 0}, .edge_v = {0, 18, 0}}},
+        {.shape = QuadObject{.corner = {-40, -40, 20}, .edge_u = {80, 0, 0}, .edge_v = {0, 80, 0}},
+         .material = 1}};
+    SimulationSpec spec = small_shot(4.0);
+    spec.quality.max_error = 0.01;
+    if (iso) {
+      spec.camera.shutter_seconds = 0.01;
+      spec.camera.exposure = IsoExposure{.iso = *iso};
+    }
+    const Photograph photo = photograph(spec, RayScene(scene));
+    return std::pair(double{*photo.color.at(48, 32)}, photo.report.error.upper_95);
+  };
+  const auto [bright, bright_bound] = shown(1000.0, {});
+  EXPECT_NEAR(bright, 0.9, 1e-4);
+  EXPECT_LT(bright_bound, 0.01);
+  // Of white 0.0009 is under the smallest branch: black, and told.
+  const auto [white, white_bound] = shown(1.0, {});
+  EXPECT_EQ(white, 0.0);
+  EXPECT_GE(white_bound, kMirror * (1.0 - 1e-4));  // in single precision, summed in whole steps
+  // 8000 t (S/100)/N_w^2 with N_w = N v/f, v/f = 1/(1 - f/s).
+  const double working = 4.0 / (1.0 - 0.05 / 2.0);
+  const auto [exposed, exposed_bound] = shown(1.0, 10'000.0);
+  EXPECT_NEAR(exposed, kMirror * 8000.0 * 0.01 * 100.0 / (working * working), 1e-4);
+  EXPECT_LT(exposed_bound, 0.01);
+}
+
+TEST(Simulation, WarnsOfMaterialsThatPassOnMoreThanTheyGet) {
+  Scene scene;
+  scene.materials = {Material{.name = "glass", .reflection = 0.6, .transmission = 0.6, .ior = 1.5}};
+  scene.objects = {{.shape = SphereObject{.center = {0, 0, -3}, .radius = 1.0}}};
+  SimulationSpec spec = small_shot();
+  spec.quality.samples = 1;
+  const auto warned = [&] {
+    const RenderReport report = photograph(spec, RayScene(scene)).report;
+    return std::ranges::any_of(report.warnings, [](const std::string& warning) {
+      return warning.find("reflection + transmission is 1.2") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(warned());
+  scene.materials[0].fresnel = true;
+  EXPECT_FALSE(warned());
 }
 
 TEST(Simulation, WarnsWhereDiffractionIsLeftOutBeyondTheTarget) {

@@ -273,4 +273,18 @@ std::vector<Emitter> find_emitters(const Scene& scene, std::span<const Texture> 
   return emitters;
 }
 
+float brightest_radiance(const Scene& scene) {
+  float brightest = std::ranges::max(scene.background);
+  for (const Material& material : scene.materials) {
+    const ColorSource& emission = material.emission;
+    float value = std::ranges::max(emission.value);
+    if (emission.texture >= 0 && value > 0.0F) {
+      const Image& image = scene.textures[static_cast<std::size_t>(emission.texture)].image;
+      value *= image.empty() ? 1.0F : std::ranges::max(image.pixels());
+    }
+    brightest = std::max(brightest, value);
+  }
+  return brightest;
+}
+
 }  // namespace fstop

@@ -41,4 +41,8 @@ std::vector<Emitter> find_emitters(const Scene& scene, std::span<const Texture> 
 /// there are kEmitterGroups or none is spread.
 void assign_groups(std::span<Emitter> emitters);
 
+/// The largest channel of what the materials emit and of the background; textures still have their
+/// images.
+float brightest_radiance(const Scene& scene);
+
 }  // namespace fstop

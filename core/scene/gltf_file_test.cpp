@@ -253,6 +253,8 @@ TEST(GltfFile, RefusesAccessorsBeyondTheirBuffer) {
   expect_bad(with(R"("byteLength": 72)", R"("byteLength": 91)", &Parts::views), beyond);
   expect_bad(with(R"("byteOffset": 84)", R"("byteOffset": 18446744073709551612)", &Parts::views),
              beyond);
+  expect_bad(with(R"("byteOffset": 36)", R"("byteOffset" : -4)", &Parts::accessors), "negative");
+  expect_bad(with(R"("byteOffset": 84)", R"("byteOffset": -84)", &Parts::views), "negative");
   expect_bad(with(R"("count": 3)", R"("count": 7)", &Parts::accessors), beyond);
   expect_bad(with(R"("count": 3)", R"("count": 0)", &Parts::accessors), "holds none");
   expect_bad(with(R"("count": 3)", R"("count": 4611686018427387905)", &Parts::accessors),

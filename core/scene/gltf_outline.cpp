@@ -45,6 +45,8 @@ class Outline {
   std::size_t values() const { return values_; }
   /// Objects in the root's member "buffers".
   std::size_t buffers() const { return buffers_; }
+  /// A size or an offset is negative, which the library would read as 0.
+  bool has_negative_size() const { return has_negative_size_; }
   /// A root member is written with escapes: it could be "buffers" in disguise.
   bool has_escaped_member() const { return has_escaped_member_; }
 
@@ -58,6 +60,7 @@ class Outline {
   std::size_t end_of_string(std::string_view text, std::size_t begin) {
     std::size_t end = begin + 1;
     while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
+    has_negative_size_ = has_negative_size_ || is_negative_size(text, begin, end);
     if (level_ == 1 && end < text.size()) {  // a member's name, or a value that does not matter
       const std::string_view name = text.substr(begin + 1, end - begin - 1);
       in_buffers_ = name == "buffers";
@@ -66,12 +69,24 @@ class Outline {
     return end;
   }
 
+  static bool is_negative_size(std::string_view text, std::size_t begin, std::size_t end) {
+    const std::string_view name = text.substr(begin + 1, end - begin - 1);
+    const bool is_size =
+        name == "byteOffset" || name == "byteLength" || name == "byteStride" || name == "count";
+    if (!is_size) return false;
+    const std::size_t colon = text.find_first_not_of(" \t\r\n", end + 1);
+    if (colon == std::string_view::npos || text[colon] != ':') return false;
+    const std::size_t value = text.find_first_not_of(" \t\r\n", colon + 1);
+    return value != std::string_view::npos && text[value] == '-';
+  }
+
   int level_ = 0;
   int depth_ = 0;
   std::size_t values_ = 1;
   std::size_t buffers_ = 0;
   bool in_buffers_ = false;
   bool has_escaped_member_ = false;
+  bool has_negative_size_ = false;
 };
 
 // Of a .glb: 12 bytes of header, then length, "JSON", text (glTF 2.0, 4.4).
@@ -92,6 +107,7 @@ void check_gltf_outline(const std::string& name, std::string_view file, bool bin
   if (outline.values() > kMaxValues) {
     refuse_mesh(name, "its JSON holds more than " + std::to_string(kMaxValues) + " values");
   }
+  if (outline.has_negative_size()) refuse_mesh(name, "has a negative offset, length or count");
   if (binary && (outline.buffers() > 1 || outline.has_escaped_member())) {
     refuse_mesh(name, "has more than one buffer");
   }

@@ -61,6 +61,8 @@ class RayScene {
   bool moves() const noexcept { return moves_; }
   /// There are lights, and surfaces that answer to them.
   bool lit() const noexcept { return lit_; }
+  /// The largest channel of what surfaces emit and of the background.
+  float brightest() const noexcept { return brightest_; }
   /// Something reflects or transmits.
   bool branches() const noexcept { return branches_; }
   /// Some object's textures are fixed to the picture; and which.
@@ -118,6 +120,7 @@ class RayScene {
   void name_objects(RayPacket& packet) const noexcept;
 
   Scene scene_;
+  float brightest_ = brightest_radiance(scene_);  // while textures hold their images
   std::vector<Texture> textures_;
   std::vector<Emitter> emitters_;
   std::vector<Part> parts_;                       // geometries numbered after the objects'

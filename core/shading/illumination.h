@@ -49,7 +49,10 @@ struct ShadingInputs {
   /// Light that adds less than this to every lane of a packet is traced as rarely as it is dim, and
   /// counted as much more: unbiased, and with fewer shadow rays. 0: all light is traced.
   float certain_light = 0.0F;
-  /// Grows by the weight of every branch that is not followed, lane by lane; may be null.
+  /// Pixel value of the brightest surface that a branch may show, at least 1 (BranchBound).
+  float brightest = 1.0F;
+  /// Grows by what every branch that is not followed may add to the pixel, its weight times
+  /// `brightest`, lane by lane; may be null.
   LaneFloats* cut = nullptr;
   /// Read where has_screen_maps(), by surfaces seen in mirrors too; null: the lower left corner.
   const FilmPlaces* film = nullptr;

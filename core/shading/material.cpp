@@ -26,7 +26,15 @@ std::vector<std::string> material_warnings(const Scene& scene) {
   constexpr double kSlack = 1e-6;
   std::vector<std::string> warnings;
   for (const Material& material : scene.materials) {
-    if (material.model == ShadingModel::unlit || warnings.size() >= kMost) continue;
+    if (warnings.size() >= kMost) break;
+    char text[32];
+    const double passed_on = material.reflection + material.transmission;
+    if (material.ior && !material.fresnel && passed_on > 1.0 + kSlack) {
+      std::snprintf(text, sizeof text, "%.3g", passed_on);
+      warnings.push_back("material " + material.name + ": reflection + transmission is " + text +
+                         ", more light than a surface gets");
+    }
+    if (material.model == ShadingModel::unlit) continue;
     double largest = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
       double sum = 0.0;
@@ -35,7 +43,6 @@ std::vector<std::string> material_warnings(const Scene& scene) {
       }
       largest = std::max(largest, sum);
     }
-    char text[32];
     if (largest > 1.0 + kSlack) {
       std::snprintf(text, sizeof text, "%.3g", largest);
       warnings.push_back("material " + material.name + ": ambient + diffuse + specular is " + text +

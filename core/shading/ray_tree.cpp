@@ -39,6 +39,7 @@ class PacketTree {
       : in_(in),
         rays_(rays),
         is_global_(in.illumination == Illumination::global),
+        smallest_(kSmallestBranch / in.brightest),
         deepest_(in.illumination == Illumination::local ? in.depth : kDeepestBranch) {}
 
   // The whole light along every valid lane of a traced packet. `weight`: how much a lane's light
@@ -249,9 +250,9 @@ class PacketTree {
     for (std::size_t k = 0; k < kLanes; ++k) {
       if (from.surfaces.material[k] < 0 || !(share[k] > 0.0F)) continue;
       weight[k] = from.weight[k] * share[k];
-      const bool counts = (by_chance || weight[k] >= kSmallestBranch) && from.way.depth < deepest_;
+      const bool counts = (by_chance || weight[k] >= smallest_) && from.way.depth < deepest_;
       if (!counts || ++branches_[k] > kMostBranches) {
-        if (in_.cut != nullptr) (*in_.cut)[k] += weight[k];
+        if (in_.cut != nullptr) (*in_.cut)[k] += weight[k] * in_.brightest;
         continue;
       }
       valid[k] = -1;
@@ -320,6 +321,7 @@ class PacketTree {
   const ShadingInputs& in_;
   std::uint64_t& rays_;
   bool is_global_;
+  float smallest_;  // branch that is followed
   int deepest_;
   std::array<int, kLanes> branches_ = {};
 };
@@ -340,7 +342,8 @@ void shade(const ShadingInputs& in, const RayPacket& packet, const LaneMask& val
                              colors);
 }
 
-BranchBound branch_bound(const std::vector<Material>& materials, Illumination illumination) {
+BranchBound branch_bound(const std::vector<Material>& materials, Illumination illumination,
+                         double brightest) {
   const bool is_local = illumination == Illumination::local;
   BranchBound bound{.error = is_local ? 0.0 : double{kSmallestBranch}};
   for (const Material& material : materials) {
@@ -356,10 +359,14 @@ BranchBound branch_bound(const std::vector<Material>& materials, Illumination il
     }
     const double left =
         is_local ? reflection + transmission : std::pow(heaviest, double{kDeepestBranch});
-    bound.error = std::max(bound.error, left);
+    bound.error = std::max(bound.error, std::min(1.0, brightest * left));
   }
   bound.forks = bound.forks && !is_local;
   return bound;
+}
+
+float brightest_value(const RayScene& scene, double exposure) noexcept {
+  return static_cast<float>(std::max(1.0, exposure * double{scene.brightest()}));
 }
 
 bool refracted(Vec3f incident, Vec3f normal, float eta, Vec3f& direction) noexcept {

@@ -4,8 +4,8 @@
 
 namespace fstop {
 
-/// Branches lighter than this are not followed: what they would add is less than a quarter of a
-/// step of an 8-bit image for radiance up to 1.
+/// Branches that add at most this much to a pixel are not followed: less than a quarter of a step
+/// of an 8-bit image. They may show the brightest surface (brightest_value).
 inline constexpr float kSmallestBranch = 0.001F;
 inline constexpr int kDeepestBranch = 64;
 /// Rays of one sample's tree: where mirrors and glass double the branches at every surface.
@@ -16,17 +16,23 @@ inline constexpr float kCertainBranch = 0.25F;
 
 /// Where the picture is traced, what was cut is measured instead (BlockTracer::cut_squares).
 ///
-/// Largest error that cutting branches leaves in a sample whose further light is at most 1:
-/// the heavier of the smallest branch followed and of the heaviest path at kDeepestBranch. Holds
-/// for paths that do not fork; `forks` tells whether some material reflects and transmits both.
-/// Local illumination, which follows none, leaves out all that a surface mirrors and transmits;
-/// with global illumination diffuse colours weigh as mirrors do, of textures as if they were white.
+/// Largest error that cutting branches leaves in a sample whose further light is at most
+/// `brightest`, in pixel values up to 1: the larger of kSmallestBranch and of what the heaviest
+/// path shows at kDeepestBranch. Holds for paths that do not fork; `forks` tells whether some
+/// material reflects and transmits both. Local illumination, which follows none, leaves out all
+/// that a surface mirrors and transmits; with global illumination diffuse colours weigh as mirrors
+/// do, of textures as if they were white.
 struct BranchBound {
   double error = 0.0;
   bool forks = false;
 };
 BranchBound branch_bound(const std::vector<Material>& materials,
-                         Illumination illumination = Illumination::recursive);
+                         Illumination illumination = Illumination::recursive,
+                         double brightest = 1.0);
+
+/// Pixel value of the brightest thing that shines by itself, emitting surfaces and background, and
+/// of white, which stands for all that is lit; `exposure` is the factor from radiance.
+float brightest_value(const RayScene& scene, double exposure) noexcept;
 
 /// Radiance along every valid lane of a traced packet: local light plus mirrored, refracted and
 /// straight-through light, recursively (Whitted 1980):
