@@ -88,8 +88,8 @@ void Compositor::add(const LayerPicture& picture) {
   LayerError error = picture.error;
   const bool is_exact = error.color == 0.0 && error.alpha == 0.0;
   if (layer.kind == LayerKind::key) {
+    const LayerError by_key = keyed_error(layer.key, channels, error.color);
     channels = keyed_layer(channels, layer.key);
-    const LayerError by_key = keyed_error(layer.key, error.color);
     error = {.color = by_key.color, .alpha = std::max(by_key.alpha, error.alpha)};
   }
   const auto [left, top] = layer.offset.value_or(std::array<int, 2>{0, 0});

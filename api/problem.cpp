@@ -54,10 +54,11 @@ std::string title_of(std::string_view slug) {
   return title;
 }
 
-std::string summary(const std::vector<FieldFault>& faults) {
+std::string summary(const std::vector<FieldFault>& faults, std::size_t unlisted) {
   if (faults.empty()) return "the request is refused";
   std::string text = faults.front().pointer + " " + faults.front().detail;
-  if (faults.size() > 1) text += " (and " + std::to_string(faults.size() - 1) + " more)";
+  const std::size_t more = faults.size() - 1 + unlisted;
+  if (more > 0) text += " (and " + std::to_string(more) + " more)";
   return text;
 }
 
@@ -80,17 +81,17 @@ nlohmann::ordered_json json_of(const Problem& problem, std::size_t listed) {
     errors.push_back(
         {{"pointer", shortened(fault.pointer, 512)}, {"detail", shortened(fault.detail, 1024)}});
   }
-  if (listed < problem.errors.size()) {
-    const std::string rest = std::to_string(problem.errors.size() - listed);
-    errors.push_back({{"pointer", "#"}, {"detail", rest + " more faults are not listed"}});
+  if (const std::size_t rest = problem.errors.size() - listed + problem.unlisted; rest > 0) {
+    errors.push_back(
+        {{"pointer", "#"}, {"detail", std::to_string(rest) + " more faults are not listed"}});
   }
   return value;
 }
 
 }  // namespace
 
-InvalidRequest::InvalidRequest(std::vector<FieldFault> faults, ErrorCode code)
-    : Error(code, summary(faults)), faults_(std::move(faults)) {}
+InvalidRequest::InvalidRequest(std::vector<FieldFault> faults, ErrorCode code, std::size_t unlisted)
+    : Error(code, summary(faults, unlisted)), faults_(std::move(faults)), unlisted_(unlisted) {}
 
 void FaultList::add(std::string_view pointer, std::string detail) {
   if (faults_.size() >= most_) {
@@ -102,10 +103,7 @@ void FaultList::add(std::string_view pointer, std::string detail) {
 
 void FaultList::throw_if_any() const {
   if (faults_.empty()) return;
-  std::vector<FieldFault> all = faults_;
-  if (unlisted_ > 0)
-    all.push_back({"#", std::to_string(unlisted_) + " more faults are not listed"});
-  throw InvalidRequest(std::move(all));
+  throw InvalidRequest(faults_, ErrorCode::invalid_request, unlisted_);
 }
 
 Problem problem(const std::exception& exception) {
@@ -117,8 +115,10 @@ Problem problem(const std::exception& exception) {
   if (reply.status == 500)
     return http_problem(500, "internal", "the server failed; its log says why");
   Problem result = http_problem(reply.status, reply.slug, exception.what());
-  if (const auto* invalid = dynamic_cast<const InvalidRequest*>(error))
+  if (const auto* invalid = dynamic_cast<const InvalidRequest*>(error)) {
     result.errors = invalid->faults();
+    result.unlisted = invalid->unlisted();
+  }
   return result;
 }
 
@@ -128,6 +128,7 @@ Problem http_problem(int status, std::string_view slug, std::string detail) {
           .title = title_of(slug),
           .detail = std::move(detail),
           .errors = {},
+          .unlisted = 0,
           .prediction = {}};
 }
 

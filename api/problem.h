@@ -26,14 +26,17 @@ struct FieldFault {
 class InvalidRequest : public Error {
  public:
   /// `code`: invalid_request; or malformed_json, over_budget where the faults are of that kind.
+  /// `unlisted`: how many faults there are beside.
   explicit InvalidRequest(std::vector<FieldFault> faults,
-                          ErrorCode code = ErrorCode::invalid_request);
+                          ErrorCode code = ErrorCode::invalid_request, std::size_t unlisted = 0);
   explicit InvalidRequest(FieldFault fault, ErrorCode code = ErrorCode::invalid_request)
       : InvalidRequest(std::vector<FieldFault>{std::move(fault)}, code) {}
   const std::vector<FieldFault>& faults() const noexcept { return faults_; }
+  std::size_t unlisted() const noexcept { return unlisted_; }
 
  private:
   std::vector<FieldFault> faults_;
+  std::size_t unlisted_ = 0;
 };
 
 /// Collects the faults of one request, up to a bound: what lies beyond is only counted.
@@ -71,6 +74,7 @@ struct Problem {
   std::string title = {};
   std::string detail = {};
   std::vector<FieldFault> errors = {};
+  std::size_t unlisted = 0;                       // faults beside them
   std::optional<CostPrediction> prediction = {};  // of what is over budget
 };
 

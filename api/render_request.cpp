@@ -5,6 +5,7 @@
 #include "api/json_reader.h"
 #include "api/json_text.h"
 #include "api/simulation_json.h"
+#include "core/scene/ray_scene.h"
 
 namespace fstop::api {
 namespace {
@@ -50,6 +51,15 @@ void require_budget(const SimulationSpec& spec, const Limits& limits) {
   }
 }
 
+// Whether something is known to move: of a stored scene's objects only its renderer knows.
+bool moves(const RenderRequest& request) {
+  if (request.spec.camera.velocity != Vec3{}) return true;
+  const auto* document = std::get_if<SceneDocument>(&request.scene);
+  return document != nullptr &&
+         std::ranges::any_of(document->scene.objects,
+                             [](const Object& object) { return object.velocity != Vec3{}; });
+}
+
 }  // namespace
 
 std::variant<std::string, SceneDocument> read_scene(ObjectReader& root, SceneNames names,
@@ -93,6 +103,11 @@ RenderRequest parse_render_request(std::string_view body, const Limits& limits, 
       image.fault("format", "cannot be jpeg where outputs have alpha: it holds none");
     }
     if (size.halftone) image.fault("halftone", "cannot be had where outputs have alpha");
+  }
+  if (camera.clean() && request.spec.camera.shutter_seconds > kLongestShutter &&
+      request.spec.effects.motion != EffectChoice::off && moves(request)) {
+    camera.fault("shutter_s",
+                 "must be at most 64 s where objects or the camera move, or effects.motion off");
   }
   if (camera.clean() && image.clean()) require_square_pixels(image, size, request.spec.camera);
   faults.throw_if_any();

@@ -195,6 +195,27 @@ TEST(RenderRequest, RefusesWithPointerLimitAndUnit) {
   }
 }
 
+// Motion is known for 64 s: of the camera, and of a scene that comes with the request.
+TEST(RenderRequest, RefusesLongShuttersWhereThingsMove) {
+  const std::string moving = with("/camera/velocity_m_s", "[0.1, 0, 0]");
+  const auto open_for = [](const std::string& body, double seconds) {
+    json request = json::parse(body);
+    request["camera"]["shutter_s"] = seconds;
+    return request;
+  };
+  EXPECT_NO_THROW(parsed(open_for(moving, 64.0).dump()));
+  EXPECT_NO_THROW(parsed(open_for(with("/seed", "1"), 65.0).dump()));
+  EXPECT_EQ(refusal(open_for(moving, 65.0).dump()).faults.at(0).pointer, "#/camera/shutter_s");
+  json frozen = open_for(moving, 65.0);
+  frozen["effects"]["motion"] = "off";
+  EXPECT_NO_THROW(parsed(frozen.dump()));
+  const std::string scene =
+      with("/scene",
+           R"({"format": "fstop-scene/1", "objects": [{"type": "sphere", "center_m": [0, 0, -3],
+      "radius_m": 1, "material": "m", "velocity_m_s": [1, 0, 0]}], "materials": {"m": {"model": "unlit"}}})");
+  EXPECT_EQ(refusal(open_for(scene, 65.0).dump()).faults.at(0).pointer, "#/camera/shutter_s");
+}
+
 TEST(RenderRequest, RefusesPinholesThatTheoryDoesNotCover) {
   const auto pointer = [](const std::string& camera) {
     return refusal(R"({"scene": "charts", "camera": )" + camera + "}").faults.at(0).pointer;

@@ -1,5 +1,6 @@
 #include "api/scene_store.h"
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <set>
@@ -46,7 +47,7 @@ LoadedScene load_named(const std::string& called, const fs::path& file, const Li
     for (const FieldFault& fault : invalid.faults()) {
       faults.push_back({"#/scene", called + ", " + fault.pointer + ": " + fault.detail});
     }
-    throw InvalidRequest(std::move(faults));
+    throw InvalidRequest(std::move(faults), invalid.code(), invalid.unlisted());
   } catch (const Error& error) {
     if (error.code() == ErrorCode::io_failure || error.code() == ErrorCode::internal) throw;
     throw InvalidRequest(FieldFault{"#/scene", error.what()});
@@ -87,6 +88,13 @@ fs::path SceneStore::folder_of(std::string_view name) const {
     if (fs::is_regular_file(folder / name / "scene.json", ignored)) return folder / name;
   }
   return {};
+}
+
+bool SceneStore::is_beside(const fs::path& folder, std::string_view name) const {
+  return std::ranges::any_of(folders_, [&](const fs::path& other) {
+    std::error_code ignored;
+    return other != folder && fs::is_regular_file(other / name / "scene.json", ignored);
+  });
 }
 
 std::vector<SceneSummary> SceneStore::list() const {

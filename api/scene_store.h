@@ -49,6 +49,8 @@ class SceneStore {
 
   /// The folder of scene NAME; empty if there is none.
   std::filesystem::path folder_of(std::string_view name) const;
+  /// Whether a folder other than `folder` holds scene NAME.
+  bool is_beside(const std::filesystem::path& folder, std::string_view name) const;
 
  private:
   std::vector<std::filesystem::path> folders_;

@@ -314,7 +314,7 @@ InvalidRequest in_sweep(const InvalidRequest& of_scene, const SweepRequest& swee
   for (FieldFault& fault : faults) {
     if (fault.pointer.starts_with(kScene)) fault.pointer.replace(0, kScene.size(), where);
   }
-  return InvalidRequest(std::move(faults), of_scene.code());
+  return InvalidRequest(std::move(faults), of_scene.code(), of_scene.unlisted());
 }
 
 std::string sweep_summary_json(const SweepSummary& summary) {

@@ -169,6 +169,7 @@ ServerConfig checked(const ServeOptions& options) {
     config.scene_folders.push_back(fs::path(options.data_dir) / "scenes");
     config.upload_folder = fs::path(options.data_dir) / "scenes";
     config.result_folder = fs::path(options.data_dir) / "results";
+    config.job_folder = fs::path(options.data_dir) / "jobs";
     config.sweep_folder = fs::path(options.data_dir) / "sweeps";
     config.file_folder = fs::path(options.data_dir) / "files";
   }

@@ -58,6 +58,7 @@ struct ServerConfig {
   std::string program = "/proc/self/exe";    // what reads them, locked in
   std::string worker_program = {};           // what renders: beside fstop
   std::filesystem::path result_folder = {};  // empty: results stay in memory
+  std::filesystem::path job_folder = {};     // empty: jobs end with the process
   std::filesystem::path sweep_folder = {};   // empty: no sweeps are taken
   std::filesystem::path file_folder = {};    // of their files
   std::string queue = {};                    // nats://...; empty: cells are made here

@@ -117,7 +117,7 @@ asio::awaitable<std::string> JobCalls::next_event(const api::Limits& limits, Con
   for (bool is_first = true;; is_first = false) {
     if (!is_first || stream.told) {
       // With the pause between events, so that a render's thousand steps are a few events.
-      if (stream.job->ticket) {
+      if (stream.job->state == Job::State::active) {
         const auto first = co_await (pause(limits.between_events) || client.peer_gone());
         if (first.index() == 1) throw ClientGone();
       }

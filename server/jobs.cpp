@@ -69,7 +69,7 @@ std::uint64_t Job::version() const { return progress().version + (state == State
 void Jobs::refuse_if_full() {
   forget_old();
   while (jobs_.size() >= static_cast<std::size_t>(limits_.jobs) && !ended_.empty()) {
-    jobs_.erase(ended_.front()->name);
+    forget(ended_.front());
     ended_.pop_front();
   }
   if (jobs_.size() < static_cast<std::size_t>(limits_.jobs)) return;
@@ -79,17 +79,47 @@ void Jobs::refuse_if_full() {
 
 std::shared_ptr<Job> Jobs::add(JobOrder order, RenderQueue::Ticket ticket) {
   refuse_if_full();
+  const std::shared_ptr<Job> job = known(std::move(order));
+  begin(job, std::move(ticket));
+  return job;
+}
+
+std::shared_ptr<Job> Jobs::restore(JobOrder order) { return known(std::move(order)); }
+
+std::shared_ptr<Job> Jobs::known(JobOrder order) {
   auto job = std::make_shared<Job>();
   job->order = std::move(order);
   job->name = job->order.name.empty() ? api::random_hex(kNameBytes) : job->order.name;
-  job->ticket.emplace(std::move(ticket));
   job->expiry = std::make_unique<asio::steady_timer>(
       context_, job->order.deadline.value_or(SteadyClock::time_point::max()));
   jobs_.emplace(job->name, job);
-  ++active_;
   log_.event("job", {{"job", job->name.substr(0, 8)}, {"render", job->order.render}});
-  asio::co_spawn(context_, watch(job), asio::detached);
   return job;
+}
+
+void Jobs::begin(const std::shared_ptr<Job>& job, RenderQueue::Ticket ticket) {
+  if (job->state != Job::State::active) return;  // withdrawn before it had begun
+  job->ticket.emplace(std::move(ticket));
+  ++active_;
+  asio::co_spawn(context_, watch(job), asio::detached);
+}
+
+void Jobs::settle(const std::shared_ptr<Job>& job, const std::exception_ptr& failure) {
+  if (job->state != Job::State::active) return;
+  if (failure) fail(*job, failure);
+  end(*job, failure ? Job::State::failed : Job::State::done);
+  ended_.push_back(job);
+}
+
+void Jobs::fail(Job& job, const std::exception_ptr& failure) {
+  RequestRecord record;
+  const Reply reply = reply_of(failure, record);
+  job.problem.assign(reply.bytes().data(), reply.bytes().size());
+}
+
+void Jobs::forget(const std::shared_ptr<Job>& job) {
+  jobs_.erase(job->name);
+  notes_.forget(job->name);
 }
 
 std::shared_ptr<Job> Jobs::look_up(const std::string& name) {
@@ -102,15 +132,14 @@ std::shared_ptr<Job> Jobs::find(const std::string& name) {
   if (auto job = look_up(name)) return job;
   throw Refusal(
       http::status::not_found, "not-found",
-      "there is no such job: it ended too long ago, or the server has begun anew since. What was "
-      "asked for can be asked for again: finished renders are kept");
+      "there is no such job: it ended too long ago, or the server, which keeps jobs in its data "
+      "directory alone, has begun anew without one. What was asked for can be asked for again");
 }
 
 // Until the render has ended, the client's time has run out or the job was withdrawn.
 asio::awaitable<void> Jobs::watch(std::shared_ptr<Job> job) {
   co_await (job->ticket->ended() || wait_for(*job->expiry));
   if (job->state != Job::State::active) co_return;
-  RequestRecord record;
   std::exception_ptr failure;
   try {
     if (!job->ticket->has_ended()) {
@@ -122,10 +151,7 @@ asio::awaitable<void> Jobs::watch(std::shared_ptr<Job> job) {
   } catch (...) {
     failure = std::current_exception();
   }
-  if (failure) {
-    const Reply reply = reply_of(failure, record);
-    job->problem.assign(reply.bytes().data(), reply.bytes().size());
-  }
+  if (failure) fail(*job, failure);
   end(*job, failure ? Job::State::failed : Job::State::done);
   ended_.push_back(job);
   bound_results();
@@ -133,14 +159,16 @@ asio::awaitable<void> Jobs::watch(std::shared_ptr<Job> job) {
 
 void Jobs::end(Job& job, Job::State state) {
   job.state = state;
-  job.last = job.ticket->progress();
+  if (job.ticket) {
+    job.last = job.ticket->progress();
+    --active_;
+  }
   job.last.preview.reset();
   if (state == Job::State::done) job.last.fraction = 1.0;
   job.ended = SteadyClock::now();
   job.ticket.reset();
   job.order.waiting_for = nullptr;  // what they hold is of the work
   job.order.withdrawn = nullptr;
-  --active_;
   log_.event("job_ended", {{"job", job.name.substr(0, 8)},
                            {"render", job.order.render},
                            {"state", word_of(job, job.last)}});
@@ -148,10 +176,11 @@ void Jobs::end(Job& job, Job::State state) {
 
 void Jobs::withdraw(const std::shared_ptr<Job>& job) {
   if (job->state != Job::State::active) {
-    jobs_.erase(job->name);
+    forget(job);
     std::erase(ended_, job);
     return;
   }
+  notes_.forget(job->name);
   if (job->order.withdrawn) job->order.withdrawn(job->name);
   end(*job, Job::State::cancelled);
   ended_.push_back(job);
@@ -161,7 +190,7 @@ void Jobs::withdraw(const std::shared_ptr<Job>& job) {
 void Jobs::forget_old() {
   const auto latest = SteadyClock::now() - limits_.job_retention;
   while (!ended_.empty() && ended_.front()->ended < latest) {
-    jobs_.erase(ended_.front()->name);
+    forget(ended_.front());
     ended_.pop_front();
   }
 }

@@ -16,6 +16,7 @@
 
 #include "api/job_json.h"
 #include "api/limits.h"
+#include "server/job_notes.h"
 #include "server/log.h"
 #include "server/negotiation.h"
 #include "server/render_cache.h"
@@ -44,10 +45,11 @@ struct Job {
   std::string name = {};  // random: who knows it may ask for it
   JobOrder order = {};
   State state = State::active;
-  std::optional<RenderQueue::Ticket> ticket = {};  // while active
-  Progress::State last = {};                       // what was told when it ended
-  std::shared_ptr<StoredRender> result = {};       // of a done one that is not kept elsewhere
-  std::string problem = {};                        // of a failed one
+  // While active, but for one of a former process that waits to be begun anew.
+  std::optional<RenderQueue::Ticket> ticket = {};
+  Progress::State last = {};                  // what was told when it ended
+  std::shared_ptr<StoredRender> result = {};  // of a done one that is not kept elsewhere
+  std::string problem = {};                   // of a failed one
   std::chrono::steady_clock::time_point ended = {};
   std::unique_ptr<boost::asio::steady_timer> expiry = {};
 
@@ -59,13 +61,18 @@ struct Job {
 /// The jobs: those under way and, for a while, those that have ended. Used by the I/O thread alone.
 class Jobs {
  public:
-  Jobs(boost::asio::io_context& context, const api::Limits& limits, Log& log)
-      : context_(context), limits_(limits), log_(log) {}
+  Jobs(boost::asio::io_context& context, const api::Limits& limits, Log& log, JobNotes& notes)
+      : context_(context), limits_(limits), log_(log), notes_(notes) {}
 
   /// Throws: Refusal 503 if too many are under way.
   void refuse_if_full();
   /// A new job that keeps `ticket` until its render has ended. Throws: as refuse_if_full().
   std::shared_ptr<Job> add(JobOrder order, RenderQueue::Ticket ticket);
+  /// A job that a former process had accepted, by its name; queued until begin() or settle().
+  std::shared_ptr<Job> restore(JobOrder order);
+  void begin(const std::shared_ptr<Job>& job, RenderQueue::Ticket ticket);
+  /// Ends a restored job: done, or failed for `failure`.
+  void settle(const std::shared_ptr<Job>& job, const std::exception_ptr& failure);
   /// Throws: Refusal 404.
   std::shared_ptr<Job> find(const std::string& name);
   /// Null if there is none (any more).
@@ -86,13 +93,17 @@ class Jobs {
     std::string job = {};
   };
   boost::asio::awaitable<void> watch(std::shared_ptr<Job> job);
+  std::shared_ptr<Job> known(JobOrder order);
   void end(Job& job, Job::State state);
+  void fail(Job& job, const std::exception_ptr& failure);
+  void forget(const std::shared_ptr<Job>& job);
   void forget_old();
   void bound_results();
 
   boost::asio::io_context& context_;
   const api::Limits& limits_;
   Log& log_;
+  JobNotes& notes_;
   std::unordered_map<std::string, std::shared_ptr<Job>> jobs_ = {};
   std::deque<std::shared_ptr<Job>> ended_ = {};  // oldest first
   std::unordered_map<std::string, Earlier> keys_ = {};

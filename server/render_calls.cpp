@@ -28,6 +28,8 @@ using asio::experimental::awaitable_operators::operator||;
 // Requests being read for each place in the queue: most may ask for what is there already.
 constexpr int kPreparedPerPlace = 8;
 
+constexpr auto kAskAgain = std::chrono::milliseconds(500);
+
 // The id says all that the bytes depend on, so they never change.
 constexpr const char* kUnchanging = "private, max-age=31536000, immutable";
 
@@ -50,6 +52,12 @@ std::string server_timing(const api::Timing& timing, double encode_ms, bool was_
 asio::awaitable<void> sleep_until(Clock::time_point time) {
   asio::steady_timer timer(co_await asio::this_coro::executor, time);
   co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
+}
+
+// 0: something else than an error ends the render.
+double error_that_ends(const RenderTask& task) {
+  const QualitySpec& quality = task.request->spec.quality;
+  return quality.samples || quality.max_time_ms ? 0.0 : quality.max_error;
 }
 
 Refusal too_late() {
@@ -164,7 +172,7 @@ asio::awaitable<Reply> RenderCalls::create(Call& call) {
   if (!render && earlier) render = earlier->result;
   if (render) co_return co_await created(call, prepared, render, true);
 
-  RenderQueue::Ticket ticket = submit(call, prepared);
+  RenderQueue::Ticket ticket = submit(call.client.peer(), prepared);
   const auto last = wishes.deadline ? start + *wishes.deadline : Clock::time_point::max();
   const auto patience = start + wishes.wait;
   bool has_ended = wishes.wait.count() == 0 ? ticket.has_ended() : false;
@@ -176,7 +184,7 @@ asio::awaitable<Reply> RenderCalls::create(Call& call) {
     has_ended = first.index() == 0;
   }
   if (!has_ended && Clock::now() >= last) throw too_late();
-  if (!has_ended) co_return promoted(call, prepared, wishes, std::move(ticket), start);
+  if (!has_ended) co_return co_await promoted(call, prepared, wishes, std::move(ticket), start);
   render = std::static_pointer_cast<StoredRender>(ticket.result());
   co_return co_await created(call, prepared, render, false);
 }
@@ -201,10 +209,10 @@ RenderCalls::Prepared RenderCalls::prepare(const Request& request) {
   return prepared;
 }
 
-RenderQueue::Ticket RenderCalls::submit(const Call& call, const Prepared& prepared) {
+RenderQueue::Ticket RenderCalls::submit(const std::string& client, const Prepared& prepared) {
   const RenderTask& task = prepared.task;
   return services_.queue.submit({.id = task.id,
-                                 .client = call.client.peer(),
+                                 .client = client,
                                  .cost_s = task.cost.wall_s,
                                  .memory_bytes = task.cost.memory_bytes,
                                  .is_small = task.cost.wall_s <= services_.limits.small_render_s,
@@ -213,21 +221,106 @@ RenderQueue::Ticket RenderCalls::submit(const Call& call, const Prepared& prepar
                                  }});
 }
 
-Reply RenderCalls::promoted(Call& call, const Prepared& prepared, const Preferences& wishes,
-                            RenderQueue::Ticket ticket, Clock::time_point start) {
+// What was accepted outlives this process: its note lies on the disk before the client knows.
+asio::awaitable<Reply> RenderCalls::promoted(Call& call, const Prepared& prepared,
+                                             const Preferences& wishes, RenderQueue::Ticket ticket,
+                                             Clock::time_point start) {
   JobOrder order{.render = prepared.task.id,
                  .is_kept = prepared.task.is_kept(),
                  .format = prepared.task.format,
-                 .precision = prepared.task.request->precision};
-  const QualitySpec& quality = prepared.task.request->spec.quality;
-  if (!quality.samples && !quality.max_time_ms) order.max_error = quality.max_error;
-  if (wishes.deadline) order.deadline = start + *wishes.deadline;
-  const auto job = services_.jobs.add(std::move(order), std::move(ticket));
-  if (!wishes.idempotency_key.empty()) {
-    services_.jobs.remember(call.client.peer() + ' ' + wishes.idempotency_key, prepared.fingerprint,
-                            job->name);
+                 .precision = prepared.task.request->precision,
+                 .max_error = error_that_ends(prepared.task)};
+  JobNote note{.render = order.render,
+               .format = std::string(format_name(order.format)),
+               .client = call.client.peer(),
+               .body = call.request.body};
+  if (wishes.deadline) {
+    order.deadline = start + *wishes.deadline;
+    note.deadline =
+        std::chrono::system_clock::now() +
+        std::chrono::duration_cast<std::chrono::milliseconds>(*order.deadline - Clock::now());
   }
-  return accepted_reply(*job, wishes);
+  const auto job = services_.jobs.add(std::move(order), std::move(ticket));
+  note.job = job->name;
+  if (!wishes.idempotency_key.empty()) {
+    note.idempotency_key = call.client.peer() + ' ' + wishes.idempotency_key;
+    note.fingerprint = prepared.fingerprint;
+    services_.jobs.remember(note.idempotency_key, note.fingerprint, job->name);
+  }
+  if (services_.notes.are_kept()) {
+    std::exception_ptr failure;
+    try {
+      co_await services_.readers.run([this, &note] { services_.notes.write(note); });
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    if (failure) {
+      services_.jobs.withdraw(job);
+      std::rethrow_exception(failure);
+    }
+  }
+  co_return accepted_reply(*job, wishes);
+}
+
+void RenderCalls::restore(const std::vector<JobNote>& notes) {
+  for (const JobNote& note : notes) {
+    JobOrder order{.render = note.render, .name = note.job};
+    if (note.deadline)
+      order.deadline = Clock::now() + (*note.deadline - std::chrono::system_clock::now());
+    services_.jobs.restore(std::move(order));
+    if (!note.idempotency_key.empty())
+      services_.jobs.remember(note.idempotency_key, note.fingerprint, note.job);
+  }
+}
+
+asio::awaitable<void> RenderCalls::resume(std::vector<JobNote> notes) {
+  for (const JobNote& note : notes) {
+    if (services_.draining) co_return;
+    co_await resume(note);
+  }
+}
+
+asio::awaitable<void> RenderCalls::resume(const JobNote& note) {
+  const std::shared_ptr<Job> job = services_.jobs.look_up(note.job);
+  if (!job || job->state != Job::State::active) co_return;  // withdrawn meanwhile
+  std::exception_ptr failure;
+  try {
+    if (job->order.deadline && Clock::now() >= *job->order.deadline) throw too_late();
+    Request request{.body = note.body};
+    const Prepared prepared =
+        co_await services_.readers.run([this, &request] { return prepare(request); });
+    if (prepared.task.id != note.render) {
+      throw Refusal(http::status::conflict, "scene-changed",
+                    "the scene's files or the program changed while the job waited for the server "
+                    "to begin anew");
+    }
+    job->order.is_kept = prepared.task.is_kept();
+    job->order.format = format_of(note.format);
+    job->order.precision = prepared.task.request->precision;
+    job->order.max_error = error_that_ends(prepared.task);
+    if (!prepared.there) {
+      co_await submit_patiently(job, note, prepared);
+      co_return;
+    }
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  services_.jobs.settle(job, failure);
+}
+
+// Others may have filled the queue: then the job waits for a place in it.
+asio::awaitable<void> RenderCalls::submit_patiently(const std::shared_ptr<Job>& job,
+                                                    const JobNote& note, const Prepared& prepared) {
+  while (!services_.draining && job->state == Job::State::active) {
+    try {
+      services_.jobs.begin(job, submit(note.client, prepared));
+      services_.log.event("job_resumed", {{"job", note.job.substr(0, 8)}});
+      co_return;
+    } catch (const Refusal&) {
+      // No place yet, or the server is about to stop: then the next process begins it.
+    }
+    co_await sleep_until(Clock::now() + kAskAgain);
+  }
 }
 
 // The reply that has the picture, or the report.

@@ -31,6 +31,8 @@ struct RenderServices {
   SceneCache& scenes;
   CostModel& costs;
   Jobs& jobs;
+  JobNotes& notes;
+  Log& log;
   const std::atomic<bool>& draining;  // no new work
 };
 
@@ -39,6 +41,10 @@ class RenderCalls {
  public:
   explicit RenderCalls(RenderServices services) : services_(std::move(services)) {}
   void add_to(Routes& routes);
+  /// Makes the jobs of `notes`, which a former process had accepted, known again. Before the calls.
+  void restore(const std::vector<JobNote>& notes);
+  /// Begins the restored jobs anew, one after the other as the queue has room.
+  boost::asio::awaitable<void> resume(std::vector<JobNote> notes);
 
  private:
   // A request as it was read.
@@ -55,11 +61,15 @@ class RenderCalls {
   boost::asio::awaitable<Reply> output(Call& call);
 
   Prepared prepare(const Request& request);
-  RenderQueue::Ticket submit(const Call& call, const Prepared& prepared);
+  RenderQueue::Ticket submit(const std::string& client, const Prepared& prepared);
   boost::asio::awaitable<Reply> created(Call& call, const Prepared& prepared,
                                         std::shared_ptr<StoredRender> render, bool was_there);
-  Reply promoted(Call& call, const Prepared& prepared, const Preferences& wishes,
-                 RenderQueue::Ticket ticket, Clock::time_point start);
+  boost::asio::awaitable<Reply> promoted(Call& call, const Prepared& prepared,
+                                         const Preferences& wishes, RenderQueue::Ticket ticket,
+                                         Clock::time_point start);
+  boost::asio::awaitable<void> resume(const JobNote& note);
+  boost::asio::awaitable<void> submit_patiently(const std::shared_ptr<Job>& job,
+                                                const JobNote& note, const Prepared& prepared);
   boost::asio::awaitable<std::shared_ptr<StoredRender>> stored(Call& call);
   boost::asio::awaitable<Reply> file_reply(Call& call, FileKey key);
 

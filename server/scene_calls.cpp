@@ -104,6 +104,11 @@ Reply SceneCalls::keep(const std::string& name, const Request& request) {
     throw Refusal(http::status::unprocessable_entity, "bad-name",
                   "a scene's name has 1 to 64 of a-z, 0-9 and -");
   }
+  if (services_.store.is_beside(services_.folder, name)) {
+    throw Refusal(http::status::conflict, "bundled-scene",
+                  "the server has a scene of its own called " + name +
+                      ", which stays as it is: choose another name");
+  }
   const api::UploadedScene scene = decoded(name, request.body);
   const bool is_new = store(name, scene);
   services_.log.event("scene_stored", {{"scene", name}, {"request", request.id}});

@@ -85,7 +85,8 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
              .crew = crew_.get(),
              .simulate = std::move(simulate),
              .pool = pool_}),
-      jobs_(io_, config_.limits, log_),
+      notes_(config.job_folder, log),
+      jobs_(io_, config_.limits, log_, notes_),
       render_calls_({.limits = config_.limits,
                      .readers = readers_,
                      .encoders = encoders_,
@@ -95,6 +96,8 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
                      .scenes = scenes_,
                      .costs = costs_,
                      .jobs = jobs_,
+                     .notes = notes_,
+                     .log = log_,
                      .draining = draining_}),
       job_calls_({.limits = config_.limits,
                   .metrics = metrics_,
@@ -292,7 +295,10 @@ Reply Server::psf_reply(const Request& request) {
 }
 
 void Server::run() {
+  std::vector<JobNote> unfinished = notes_.all();
+  render_calls_.restore(unfinished);
   listener_.start();
+  asio::co_spawn(io_, render_calls_.resume(std::move(unfinished)), asio::detached);
   asio::co_spawn(io_, sweep_calls_.resume(), asio::detached);
   std::jthread probes;
   if (probe_listener_) {

@@ -104,6 +104,7 @@ class Server {
   RenderCache renders_;
   SceneCache scenes_;
   RenderWork work_;
+  JobNotes notes_;
   Jobs jobs_;
   RenderCalls render_calls_;
   JobCalls job_calls_;

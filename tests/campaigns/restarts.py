@@ -27,6 +27,7 @@ class Round:
         self.answered = 0
         self.lost = []                          # sent before the signal, never answered
         self.results: dict[str, str] = {}       # id: hash of its picture, none for a job's
+        self.jobs: dict[str, str] = {}          # id: where its job is
         self.signalled = float("inf")
         self.is_over = threading.Event()
 
@@ -35,10 +36,9 @@ class Round:
             self.seed += 1
             return self.seed
 
-    def acknowledged(self, number: int) -> int:
-        """Of a server that is killed, jobs are only promises."""
+    def acknowledged(self) -> int:
         with self.lock:
-            return sum(bool(digest) or number == signal.SIGTERM for digest in self.results.values())
+            return len(self.results)
 
     def note(self, answer: Answer, seed: int) -> None:
         require(answer.status in (200, 202, 503), f"{answer.status} for seed {seed}: {answer.body[:300]!r}")
@@ -46,6 +46,8 @@ class Round:
             return
         name = answer.headers["fstop-render-id"]
         self.results[name] = sha256(answer.body) if answer.status == 200 else ""
+        if answer.status == 202:
+            self.jobs[name] = answer.headers["location"]
 
 
 def ask_until_over(port: int, round_: Round, number: int) -> None:
@@ -86,7 +88,7 @@ def life(program: str, folder: Path, number: int, first_seed: int, dice: random.
         client.start()
     # Between two answers, as far from the start as the machine's other work lets them come.
     enough, end = dice.randrange(12), time.monotonic() + 60
-    while round_.acknowledged(number) < enough and time.monotonic() < end:
+    while round_.acknowledged() < enough and time.monotonic() < end:
         time.sleep(0.001)
     time.sleep(dice.uniform(0, 0.05))
     round_.signalled = time.monotonic()
@@ -110,6 +112,20 @@ def missing(port: int, results: dict[str, str]) -> list[str]:
     return gone
 
 
+def unmade(port: int, jobs: dict[str, str]) -> list[str]:
+    """The jobs that the next server does not know, or does not bring to their end."""
+    lost = []
+    end = time.monotonic() + 300
+    for job in jobs.values():
+        told = ask(port, "GET", job)
+        while told.status == 200 and told.json()["state"] in ("queued", "running") and time.monotonic() < end:
+            time.sleep(0.05)
+            told = ask(port, "GET", job)
+        if told.status != 200 or told.json()["state"] != "done" or ask(port, "GET", job + "/image").status != 200:
+            lost.append(job)
+    return lost
+
+
 def campaign(program: str, number: int, rounds: int) -> None:
     name = signal.Signals(number).name
     folder = Path(tempfile.mkdtemp(prefix="fstop-campaign-"))
@@ -123,10 +139,7 @@ def campaign(program: str, number: int, rounds: int) -> None:
             seed = round_.seed
             answered += round_.answered
             results = dict(round_.results)
-            if number == signal.SIGKILL:
-                # A job is only a promise: what was not told to be done may be gone with it.
-                results = {name: digest for name, digest in results.items() if digest}
-            else:
+            if number == signal.SIGTERM:
                 late = len(server.events("drain_deadline"))
                 require(not round_.lost, f"round {count}: {len(round_.lost)} requests were sent and never answered, "
                                          f"{late} drains too late so far")
@@ -134,6 +147,8 @@ def campaign(program: str, number: int, rounds: int) -> None:
             again = dict(dice.sample(sorted(everything.items()), min(REMEMBERED, len(everything))))
             after = Served(program, folder)
             try:
+                lost = unmade(after.port, round_.jobs)
+                require(not lost, f"round {count}: {len(lost)} jobs are lost, {lost[:3]}")
                 gone = missing(after.port, {**again, **results})
                 require(not gone, f"round {count}: {len(gone)} results are lost, {gone[:3]}")
                 require(after.metric("fstop_cache_damaged_total") == 0, f"round {count}: a file is damaged")

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "core/encode/image_codec.h"
 #include "core/error.h"
@@ -16,6 +17,7 @@ namespace fstop::test {
 namespace {
 
 using namespace std::chrono_literals;
+using nlohmann::json;
 
 bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -316,6 +318,100 @@ TEST(Draining, AcceptedJobsAreFinishedBeforeTheServerEnds) {
   server.renders.let_go();
   EXPECT_TRUE(server.server().ends_within(10s));
   EXPECT_EQ(results.files(), 1);
+}
+
+// Two lives of a server whose renders wait, with what it keeps between them. The first one's jobs
+// are stopped with it.
+class JobsOfTwoLives : public testing::Test {
+ protected:
+  TestServer::Options options() const {
+    TestServer::Options options;
+    options.result_folder = results_.path();
+    options.job_folder = jobs_.path();
+    options.limits.concurrent_renders = 1;
+    options.limits.drain_deadline = 1ms;
+    return options;
+  }
+  static void end(HeldServer& server) {
+    server.server().server().stop();
+    ASSERT_TRUE(server.server().ends_within(10s));
+  }
+  static json told(HeldServer& server, const std::string& job) {
+    return json::parse(ask(server.server().port(), "GET", "/v1/jobs/" + job).body);
+  }
+
+  TemporaryFolder results_, jobs_;
+};
+
+TEST_F(JobsOfTwoLives, WhatWasAcceptedIsMadeByTheNextServer) {
+  std::vector<std::string> jobs;
+  {
+    HeldServer first(options());
+    jobs = {first.job(1), first.job(2, {{"Idempotency-Key", "two"}}), first.job(3)};
+    ASSERT_TRUE(first.reaches(1, 2));
+    ASSERT_EQ(ask(first.server().port(), "DELETE", "/v1/jobs/" + jobs[2]).status, 204);
+    end(first);
+  }
+  HeldServer second(options());
+  ASSERT_TRUE(second.reaches(1, 1));
+  EXPECT_EQ(ask(second.server().port(), "GET", "/v1/jobs/" + jobs[2]).status, 404) << "withdrawn";
+  EXPECT_EQ(told(second, jobs[0]).at("state"), "running");
+  EXPECT_EQ(told(second, jobs[1]).at("state"), "queued");
+  EXPECT_EQ(second.job(2, {{"Idempotency-Key", "two"}}), jobs[1]);
+  second.renders.let_go();
+  for (int i = 0; i < 2; ++i) {
+    const std::string& job = jobs[static_cast<std::size_t>(i)];
+    ASSERT_TRUE(eventually([&] { return told(second, job).at("state") == "done"; }));
+    EXPECT_EQ(ask(second.server().port(), "GET", "/v1/jobs/" + job + "/image").status, 200);
+  }
+}
+
+TEST_F(JobsOfTwoLives, FinishedOnesAreStillKnown) {
+  std::string job;
+  {
+    HeldServer first(options());
+    job = first.job(1);
+    first.renders.let_go();
+    ASSERT_TRUE(eventually([&] { return told(first, job).at("state") == "done"; }));
+    end(first);
+  }
+  HeldServer second(options());
+  ASSERT_TRUE(eventually([&] { return told(second, job).at("state") == "done"; }));
+  EXPECT_EQ(ask(second.server().port(), "GET", "/v1/jobs/" + job + "/image").status, 200);
+  EXPECT_EQ(second.renders.begun(), 0);
+}
+
+// What their note says no longer holds, or nothing can be read from it.
+TEST_F(JobsOfTwoLives, ChangedAndDamagedNotesAreTold) {
+  std::string job;
+  {
+    HeldServer first(options());
+    job = first.job(1);
+    ASSERT_TRUE(first.reaches(1, 0));
+    end(first);
+  }
+  json note = json::parse(text_of_file(jobs_.path() / job));
+  note["render"] = std::string(64, 'a');
+  jobs_.write(job, note.dump());
+  jobs_.write("abad", "{");
+  jobs_.write("0000.part", "{");
+  HeldServer second(options());
+  ASSERT_TRUE(eventually([&] { return told(second, job).at("state") == "failed"; }));
+  EXPECT_NE(told(second, job).dump().find("scene-changed"), std::string::npos);
+  EXPECT_EQ(ask(second.server().port(), "GET", "/v1/jobs/abad").status, 404);
+  EXPECT_NE(second.server().log_text().find("job_note_left"), std::string::npos);
+}
+
+TEST_F(JobsOfTwoLives, OldJobsLeaveNoNote) {
+  TestServer::Options limited = options();
+  limited.limits.job_retention = 1ms;
+  HeldServer server(limited);
+  const std::string job = server.job(1);
+  EXPECT_EQ(jobs_.files(), 1);
+  server.renders.let_go();
+  EXPECT_TRUE(eventually(
+      [&] { return ask(server.server().port(), "GET", "/v1/jobs/" + job).status == 404; }));
+  EXPECT_EQ(jobs_.files(), 0);
 }
 
 }  // namespace

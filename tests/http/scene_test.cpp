@@ -67,6 +67,14 @@ TEST_F(SceneUploads, AreStoredPhotographedAndReplaced) {
   EXPECT_NE(another.body, picture.body);
 }
 
+TEST_F(SceneUploads, ScenesOfTheServerStayAsTheyAre) {
+  const std::string before = ask(server_.port(), "GET", "/v1/scenes/tiny").body;
+  const Answer refused = put("tiny", archive());
+  EXPECT_EQ(refused.status, 409);
+  EXPECT_NE(refused.body.find("bundled-scene"), std::string::npos);
+  EXPECT_EQ(ask(server_.port(), "GET", "/v1/scenes/tiny").body, before);
+}
+
 TEST_F(SceneUploads, AGlbIsPhotographed) {
   const Answer stored = put("model", small_glb(), "model/gltf-binary");
   ASSERT_EQ(stored.status, 201) << stored.body;

@@ -102,14 +102,15 @@ TestServer::TestServer(Options options) {
       .hosts = options.hosts,
       .origins = options.origins,
       .probe_port = 0,
-      .upload_folder = options.takes_scenes ? folder_.path() / "scenes" : fs::path(),
+      .upload_folder = options.takes_scenes ? folder_.path() / "uploads" : fs::path(),
       .program = FSTOP_PROGRAM,
       .worker_program = FSTOP_WORKER,
       .result_folder = options.result_folder,
+      .job_folder = options.job_folder,
       .sweep_folder = options.data_folder.empty() ? fs::path() : options.data_folder / "sweeps",
       .file_folder = options.data_folder.empty() ? fs::path() : options.data_folder / "files",
       .web_root = (folder_.path() / "web").string(),
-      .scene_folders = {folder_.path() / "scenes"},
+      .scene_folders = {folder_.path() / "uploads", folder_.path() / "scenes"},
       .limits = options.limits};
   server_ = std::make_unique<server::Server>(config, *log_, std::move(options.simulate));
   thread_ = std::thread([this] {

@@ -61,6 +61,7 @@ class TestServer {
     std::vector<std::string> origins = {};
     bool takes_scenes = false;
     std::filesystem::path result_folder = {};  // empty: results stay in memory
+    std::filesystem::path job_folder = {};     // empty: jobs end with the server
     std::filesystem::path data_folder = {};    // for sweeps; empty: none are taken
     std::string address = "127.0.0.1";
     server::Simulate simulate = {};  // empty: in worker processes
