@@ -260,6 +260,7 @@ class Rounds {
     const Clock::time_point start = Clock::now();
     const NoiseEstimate raw = seen_ ? *seen_ : picture_.film().noise(run_);
     seen_.reset();
+    raw_ = raw;
     Judgement known{.noise = raw, .variance = raw.mse};
     const bool is_paired = picture_.film().is_paired();
     if (sharing_ != nullptr && is_paired)
@@ -280,29 +281,49 @@ class Rounds {
     previewed_ = Clock::now();
   }
 
+  // How the goal is reached by the fewest samples: with what sharing leaves of the noise, or, where
+  // the bias of sharing takes the goal's room, by samples alone.
+  Allocation cheaper(const Judgement& known, double remaining) const {
+    const double bias = std::max(0.0, known.noise.mse - known.variance);
+    const double goal = room_for(known.noise);
+    std::vector<float> shares;
+    if (sharing_ != nullptr) shares = sharing_->shares(picture_.film().grid());
+    // A bias that leaves no room is not mended by samples: then most of the noise goes.
+    const double room = std::max(goal - bias, 0.25 * known.variance);
+    const Allocation shared =
+        allocation(room, known.variance, remaining, shares.empty() ? nullptr : &shares);
+    if (bias < kMuchOfTheGoal * goal) return shared;
+    const Allocation alone = allocation(room_for(raw_), raw_.mse, remaining, nullptr);
+    const double left_by_sharing = shared.predicted_mse + bias;
+    // Where time ends the picture, what this round leaves is what counts.
+    const bool sharing_is_better = quality_.max_time_ms
+                                       ? left_by_sharing < alone.predicted_mse
+                                       : left_by_sharing <= goal && shared.samples < alone.samples;
+    return sharing_is_better ? shared : alone;
+  }
+  double room_for(const NoiseEstimate& noise) const {
+    return kAim * goal_ / (noise.mse > 0.0 ? noise.mse_upper_95 / noise.mse : 1.0);
+  }
+  Allocation allocation(double mse, double measured, double budget,
+                        const std::vector<float>* shares) const {
+    return allocated(picture_.film(), {.mse = mse,
+                                       .measured = measured,
+                                       .most_growth = kMostGrowth,
+                                       .budget = budget,
+                                       .most_samples = kMostSamples / 2,
+                                       .order = order_,
+                                       .shares = shares});
+  }
+
   // Another round; false where nothing more can be traced.
   bool trace_towards_goal(const Judgement& known, double remaining) {
-    const NoiseEstimate& noise = known.noise;
-    const double ratio = noise.mse > 0.0 ? noise.mse_upper_95 / noise.mse : 1.0;
-    const double bias = std::max(0.0, noise.mse - known.variance);
-    // A bias that leaves no room is not mended by samples: then most of the noise goes.
-    const double room = std::max(kAim * goal_ / ratio - bias, 0.25 * known.variance);
-    const std::vector<float> shares =
-        sharing_ != nullptr ? sharing_->shares(picture_.film().grid()) : std::vector<float>{};
-    const Allocation next =
-        allocated(picture_.film(), {.mse = room,
-                                    .measured = known.variance,
-                                    .most_growth = kMostGrowth,
-                                    .budget = remaining,
-                                    .most_samples = kMostSamples / 2,
-                                    .order = order_,
-                                    .shares = shares.empty() ? nullptr : &shares});
+    const Allocation next = cheaper(known, remaining);
     if (next.samples <= 0.0) {
       warning_ = quality_.max_time_ms ? kOutOfTime : kOutOfSamples;
       return false;
     }
     const double reached =
-        next.predicted_mse > 0.0 ? std::min(1.0, room / next.predicted_mse) : 1.0;
+        next.predicted_mse > 0.0 ? std::min(1.0, kAim * goal_ / next.predicted_mse) : 1.0;
     picture_.trace(next.counts, picture_.progress() + 0.9 * reached * (1.0 - picture_.progress()),
                    deadline());
     return true;
@@ -333,7 +354,8 @@ class Rounds {
   // Of the time that is left a round plans to use: rates scatter.
   static constexpr double kTimeShare = 0.9;
   static constexpr double kFinishPasses = 6.0;
-  static constexpr double kMostGrowth = 8.0;  // of a block's count in a round
+  static constexpr double kMuchOfTheGoal = 0.3;  // a bias that may make sharing the dearer way
+  static constexpr double kMostGrowth = 8.0;     // of a block's count in a round
 
   Picture& picture_;
   const QualitySpec& quality_;
@@ -347,6 +369,7 @@ class Rounds {
   double finish_ms_ = 0.0;
   std::optional<NoiseEstimate> seen_ = {};  // of the film as it is
   std::optional<Clock::time_point> previewed_ = {};
+  NoiseEstimate raw_ = {};  // of the film as it is
   NoiseEstimate noise_ = {};
   std::string warning_ = {};
 };
@@ -376,9 +399,9 @@ NoiseEstimate trace_exactly(Picture& picture, std::uint32_t samples, Sharing* sh
   return sharing->judged(picture.film(), raw, raw.mse).noise;
 }
 
-// What comes from the light is cheap beside samples: it gets a tenth of the error, and at most as
-// many points as a forced or timed render traces samples.
-double forward_goal(const QualitySpec& quality) { return 0.1 * std::pow(quality.max_error, 2); }
+// What comes from the light gets a fifth of the error, as much as it costs beside samples in a
+// picture of many lamps, and at most as many points as a forced or timed render traces samples.
+double forward_goal(const QualitySpec& quality) { return 0.2 * std::pow(quality.max_error, 2); }
 double most_forward(const QualitySpec& quality, const ReplicateFilm& film, double most) {
   const double pixels = double(kBlockPixels) * static_cast<double>(film.grid().count());
   if (quality.samples) return pixels * *quality.samples;

@@ -37,7 +37,8 @@ struct Candidate {
   float spread = 0.0F;    // V
   float log_wish = 0.0F;  // 2 log2 of V^(1/(1+t))
   int now = 0;            // step
-  int most = 0;           // step
+  int most = 0;           // step, in this round
+  int end = 0;            // step, ever
   int pixels = 0;
   bool exact = true;  // the count now is the step's
 };
@@ -87,7 +88,8 @@ class Allocator {
     for (int i = 0; i < 14; ++i) {
       const double middle = 0.5 * (low + high);
       const Outcome outcome = at(middle);
-      const bool enough = outcome.mse <= goal_.mse || outcome.samples > goal_.budget;
+      // What the round's growth holds back is not made up for where it helps less.
+      const bool enough = outcome.last_mse <= goal_.mse || outcome.samples > goal_.budget;
       (enough ? high : low) = middle;
     }
     const Outcome reached = at(high);
@@ -97,6 +99,7 @@ class Allocator {
  private:
   struct Outcome {
     double mse = 0.0;
+    double last_mse = 0.0;  // once further rounds have given what this one's growth holds back
     double samples = 0.0;
   };
 
@@ -120,26 +123,37 @@ class Allocator {
       c.now = steps_.at_least(count);
       const double most = std::min(goal_.most_growth * count, double(goal_.most_samples));
       c.most = std::max(c.now, steps_.at_least(most));
+      c.end = std::max(c.now, steps_.at_least(double(goal_.most_samples)));
       c.exact = steps_.count[static_cast<std::size_t>(c.now)] == count;
       candidates_.push_back(c);
     }
   }
 
-  int step(const Candidate& c, double scale) const {
-    const double wish = std::ceil(scale + static_cast<double>(c.log_wish));
-    return static_cast<int>(std::clamp(wish, double(c.now), double(c.most)));
+  static double wish(const Candidate& c, double scale) {
+    return std::ceil(scale + static_cast<double>(c.log_wish));
+  }
+  // In this round.
+  static int step(const Candidate& c, double scale) {
+    return static_cast<int>(std::clamp(wish(c, scale), double(c.now), double(c.most)));
   }
 
   Outcome at(double scale) const {
     Outcome outcome;
     double error = 0.0;
+    double last_error = 0.0;
     for (const Candidate& c : candidates_) {
       const auto next = static_cast<std::size_t>(step(c, scale));
-      error += c.pixels * static_cast<double>(c.spread) * steps_.error[next];
+      const auto last =
+          static_cast<std::size_t>(std::clamp(wish(c, scale), double(c.now), double(c.end)));
+      const double spread = c.pixels * static_cast<double>(c.spread);
+      error += spread * steps_.error[next];
+      last_error += spread * steps_.error[last];
       outcome.samples += double(c.pixels) * (double(steps_.count[next]) -
                                              double(steps_.count[static_cast<std::size_t>(c.now)]));
     }
-    outcome.mse = now_ > 0.0 ? goal_.measured * error / now_ : 0.0;
+    const double per_error = now_ > 0.0 ? goal_.measured / now_ : 0.0;
+    outcome.mse = per_error * error;
+    outcome.last_mse = per_error * last_error;
     return outcome;
   }
 

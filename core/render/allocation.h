@@ -15,7 +15,7 @@ using BlockCounts = std::array<std::vector<std::uint32_t>, kReplicates>;
 struct AllocationGoal {
   double mse = 0.0;                         // of the mean of both replicates
   double measured = 0.0;                    // the same now
-  double most_growth = 4.0;                 // of a block's count
+  double most_growth = 4.0;                 // of a block's count, in this round
   double budget = 0.0;                      // further samples over all pixels
   std::uint32_t most_samples = 32768;       // of a pixel in one replicate
   double order = ReplicateFilm::kNetOrder;  // t of the law

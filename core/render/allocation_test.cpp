@@ -125,6 +125,24 @@ TEST(Allocation, KeepsItsLimits) {
   }
 }
 
+// What the busy half may not have in this round waits for the next: the calm half gets no more for
+// it than where growth has no bound.
+TEST(Allocation, GrowthThatIsHeldBackIsNotMadeUpForElsewhere) {
+  const ReplicateFilm film = two_halves(0.05, 2.0);
+  const BlockGrid& grid = film.grid();
+  const Allocation whole = allocated(film, goal(1e-3));
+  AllocationGoal growth = goal(1e-3);
+  growth.most_growth = 8.0;
+  const Allocation round = allocated(film, growth);
+  const std::size_t calm = grid.index(4, 8);
+  const std::size_t busy = grid.index(28, 8);
+  EXPECT_GT(whole.counts[0][busy], 8 * 2 * kPilot);
+  EXPECT_EQ(round.counts[0][busy], 8 * 2 * kPilot);
+  EXPECT_EQ(round.counts[0][calm], std::min(whole.counts[0][calm], 8 * 2 * kPilot));
+  EXPECT_LT(round.counts[0][calm], 8 * 2 * kPilot);
+  EXPECT_GT(round.predicted_mse, 1e-3) << "what this round leaves";
+}
+
 TEST(Allocation, AReplicatesCountsFollowTheOthersSamples) {
   ReplicateFilm film(32, 32);
   for (std::size_t block = 0; block < film.grid().count(); ++block) {

@@ -1,6 +1,7 @@
 #include "core/render/bokeh_splatting.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -45,6 +46,15 @@ struct SplatLanes {
   alignas(64) LaneMask visible = {};
 };
 
+// What lies behind an emitter changes the picture by little beside its own light: some packets see
+// it for all. Then its noise stays below that of the emitter, as long as that is as many times
+// brighter than white.
+std::uint32_t packets_per_look(float exposure, const Rgb& radiance) {
+  constexpr float kMostPackets = 16.0F;
+  const float value = exposure * *std::ranges::max_element(radiance);
+  return std::bit_floor(static_cast<std::uint32_t>(std::clamp(value, 1.0F, kMostPackets)));
+}
+
 class EmitterSplatter {
  public:
   EmitterSplatter(const SplatSource& source, const FilmProjection& film,
@@ -61,6 +71,8 @@ class EmitterSplatter {
     const Object& object = scene.objects[emitter_.object];
     const Material& material = scene.materials[static_cast<std::size_t>(object.material)];
     is_plain_ = material.model == ShadingModel::unlit && material.emission.texture < 0;
+    if (!sharp) behind_every_ = packets_per_look(source.exposure, emitter_.radiance);
+    behind_offset_ = hash_of(source.seed ^ kSplatStream, splatted.number + replicate);
     footprint_rate_ = static_cast<float>(static_cast<double>(source.texture_width_px) / film.scale);
   }
 
@@ -91,7 +103,13 @@ class EmitterSplatter {
     if (!any) return;
     RayPacket without;
     aim(splats, without);
-    find_visible(without, splats, chunk);
+    const bool looks = (keys.index[0] / kLanes + behind_offset_) % behind_every_ == 0;
+    if (!looks) {
+      find_hidden(without, splats, chunk);
+    } else {
+      find_visible(without, splats, chunk);
+    }
+    if (std::ranges::all_of(splats.visible, [](std::int32_t lane) { return lane == 0; })) return;
     FilmPlaces film(film_.width, film_.height, source_.texture_width_px);
     for (std::size_t k = 0; k < kLanes; ++k) {
       film.set(k, static_cast<float>(splats.raster_x[k]), static_cast<float>(splats.raster_y[k]));
@@ -104,7 +122,13 @@ class EmitterSplatter {
                                .without_background = source_.hides_background ? kAllLanes : 0U,
                                .illumination = source_.illumination};
     LaneColors behind;
-    shade(inputs, without, splats.visible, behind, chunk.rays);
+    if (looks) {
+      shade(inputs, without, splats.visible, behind, chunk.rays);
+      const auto packets = static_cast<float>(behind_every_);
+      for (LaneFloats* channel : {&behind.r, &behind.g, &behind.b}) {
+        for (float& value : *channel) value *= packets;
+      }
+    }
     const LaneColors emitted = emission(inputs, without, splats, chunk);
     lay_down(splats, without, emitted, behind, chunk);
   }
@@ -154,7 +178,24 @@ class EmitterSplatter {
     return static_cast<float>(distance - kRelativeError * (largest + distance));
   }
 
-  // Leaves those lanes visible whose point nothing lies before; `without` gets what camera rays
+  // Leaves those lanes visible whose point nothing lies before.
+  void find_hidden(RayPacket& packet, SplatLanes& splats, ChunkLight& chunk) const {
+    RayPacket shadow = packet;
+    bool any = false;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (splats.visible[k] == 0) continue;
+      ++chunk.rays;
+      shadow.far[k] = free_way(packet, k, splats.points.distance[k]);
+    }
+    source_.scene.occlude(shadow, splats.visible, Coherence::coherent);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      if (shadow.far[k] < 0.0F) splats.visible[k] = 0;
+      any = any || splats.visible[k] != 0;
+    }
+    if (any && splatted_.may_be_hidden) find_emitters_before(packet, splats, chunk);
+  }
+
+  // The same; `without` gets what camera rays
   // see in its place.
   void find_visible(RayPacket& without, SplatLanes& splats, ChunkLight& chunk) const {
     source_.scene.intersect(without, splats.visible, Coherence::coherent);
@@ -252,6 +293,8 @@ class EmitterSplatter {
   Vec3f forward_;
   bool sharp_;
   bool is_plain_ = false;
+  std::uint32_t behind_every_ = 1;  // one packet of so many looks at what lies behind, for all
+  std::uint32_t behind_offset_ = 0;
   float footprint_rate_ = 0.0F;
 };
 

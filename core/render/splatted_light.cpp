@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 
 namespace fstop {
 namespace {
 
 constexpr std::uint32_t kFewestPoints = 256;
-constexpr std::uint32_t kMostPoints = 1U << 20;
+constexpr std::uint32_t kMostPoints = 1U << 30;
 
 // A pixel of a disc shows at most this much more than white before its noise stops mattering.
 constexpr double kVisibleLight = 2.0;
@@ -27,15 +29,14 @@ Splatting::Splatting(const Camera& camera, std::uint32_t seed, SampleSource& sam
   samples.mask = choice.camera_mask;
 }
 
-// Light of an emitter that pixels can show, in pixels times value.
-std::vector<SplatRange> SplattedLight::ranges(double goal_mse, double scale) const {
-  std::vector<double> light;
+std::vector<std::uint32_t> SplattedLight::counts(double goal_mse, double scale) const {
+  std::vector<double> light;  // that pixels can show, in pixels times value
   double all = 0.0;
   for (const SplattedEmitter& splatted : source_.choice.emitters) {
     const Rgb& radiance = source_.scene.emitters()[splatted.number].radiance;
     const double value = static_cast<double>(source_.exposure) *
                          static_cast<double>(std::max({radiance[0], radiance[1], radiance[2]}));
-    const double sharp_area = 0.25 * 3.14159265358979 * splatted.sharp_px * splatted.sharp_px;
+    const double sharp_area = 0.25 * std::numbers::pi * splatted.sharp_px * splatted.sharp_px;
     const double spread = std::max(1.0, splatted.footprint_px());
     light.push_back(std::min(value * sharp_area, kVisibleLight * spread));
     all += light.back();
@@ -43,24 +44,50 @@ std::vector<SplatRange> SplattedLight::ranges(double goal_mse, double scale) con
   const double pixels = static_cast<double>(std::visit(
                             [](const auto& c) { return c.sensor().width; }, source_.camera)) *
                         std::visit([](const auto& c) { return c.sensor().height; }, source_.camera);
-  std::vector<SplatRange> result;
-  for (std::size_t i = 0; i < light.size(); ++i) {
-    const double wanted = scale * light[i] * all / (goal_mse * pixels);
-    const auto bounded =
-        static_cast<std::uint32_t>(std::clamp(wanted, double(kFewestPoints), double(kMostPoints)));
-    result.push_back({.emitter = static_cast<std::uint32_t>(i), .count = std::bit_ceil(bounded)});
+  std::vector<std::uint32_t> result;
+  for (const double own : light) {
+    const double wanted = scale * own * all / (goal_mse * pixels);
+    result.push_back(std::bit_ceil(static_cast<std::uint32_t>(
+        std::clamp(wanted, double(kFewestPoints), double(kMostPoints)))));
   }
   return result;
 }
 
-double SplattedLight::splat_once(const std::vector<SplatRange>& ranges, ReplicateFilm& film,
-                                 const RunControl& run) {
+void SplattedLight::splat_to(const std::vector<std::uint32_t>& counts, const RunControl& run) {
   const RunControl silent{.stop = run.stop, .workers = run.workers};
-  std::array<Image, kReplicates> images;
+  std::vector<SplatRange> growing, resting;
+  bool any_doubled = false;
+  for (std::uint32_t i = 0; i < counts.size(); ++i) {
+    const std::uint32_t before = done_.empty() ? 0 : done_[i];
+    if (counts[i] == kFewestPoints) {
+      if (before == 0) resting.push_back({.emitter = i, .count = counts[i]});
+    } else if (before <= kFewestPoints) {
+      growing.push_back({.emitter = i, .count = counts[i]});
+      // What it had among those at rest goes.
+      if (before > 0) resting.push_back({.emitter = i, .count = before, .weight = -1.0});
+    } else {
+      growing.push_back({.emitter = i, .first = before, .count = before, .weight = 0.5});
+      any_doubled = true;
+    }
+  }
   for (std::uint32_t r = 0; r < kReplicates; ++r) {
-    SplatImage light(film.grid().width, film.grid().height);
-    rays_ += fstop::splat(source_, r, ranges, light, {}, silent);
-    images[r] = image_of(light);
+    if (any_doubled) {
+      for (double& value : growing_[r].values()) value *= 0.5;
+    }
+    rays_ += fstop::splat(source_, r, growing, growing_[r], {}, silent);
+    rays_ += fstop::splat(source_, r, resting, resting_[r], {}, silent);
+  }
+  done_ = counts;
+}
+
+// Puts the light into `film`.
+double SplattedLight::measured_mse(ReplicateFilm& film) const {
+  std::array<Image, kReplicates> images;
+  for (std::size_t r = 0; r < kReplicates; ++r) {
+    Image& image = images[r];
+    image = Image(growing_[r].width(), growing_[r].height(), 3);
+    std::ranges::transform(growing_[r].values(), resting_[r].values(), image.pixels().begin(),
+                           [](double a, double b) { return static_cast<float>(a + b); });
   }
   double squares = 0.0;
   for (std::size_t i = 0; i < images[0].pixels().size(); ++i) {
@@ -76,22 +103,23 @@ double SplattedLight::splat_once(const std::vector<SplatRange>& ranges, Replicat
 void SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& film,
                           const RunControl& run) {
   if (source_.choice.emitters.empty()) return;
-  // Nets need a small part of what independent points do.
-  const auto points_of = [](const std::vector<SplatRange>& all) {
-    double points = 0.0;
-    for (const SplatRange& range : all) points += double(kReplicates) * range.count;
-    return points;
+  const auto points_of = [](const std::vector<std::uint32_t>& all) {
+    return double(kReplicates) * std::accumulate(all.begin(), all.end(), 0.0);
   };
-  double first = 1.0 / 64.0;
-  while (first > 1e-12 && points_of(ranges(goal_mse, first)) > most_points) first *= 0.25;
-  for (double scale = first;; scale *= 4.0) {
-    const std::vector<SplatRange> next = ranges(goal_mse, scale);
-    const double mse = splat_once(next, film, run);
-    const double points = points_of(next);
-    const bool all_full = std::ranges::all_of(
-        next, [](const SplatRange& range) { return range.count >= kMostPoints; });
-    if (mse <= goal_mse || all_full || 4.0 * points > most_points) return;
+  growing_.assign(kReplicates, SplatImage(film.grid().width, film.grid().height));
+  resting_ = growing_;
+  // Nets need a small part of what independent points do.
+  double scale = 1.0 / 64.0;
+  while (scale > 1e-12 && points_of(counts(goal_mse, scale)) > most_points) scale *= 0.5;
+  for (;; scale *= 2.0) {
+    const std::vector<std::uint32_t> next = counts(goal_mse, scale);
+    splat_to(next, run);
+    const double mse = measured_mse(film);
+    const std::vector<std::uint32_t> more = counts(goal_mse, 2.0 * scale);
+    if (mse <= goal_mse || more == next || points_of(more) > most_points) break;
   }
+  growing_.clear();
+  resting_.clear();
 }
 
 }  // namespace fstop

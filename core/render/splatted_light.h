@@ -21,8 +21,8 @@ struct Splatting {
   const SplatSource* light() const noexcept { return choice.emitters.empty() ? nullptr : &source; }
 };
 
-/// The light of small bright emitters, splatted once for each replicate of a picture by as many
-/// points of each emitter as a goal asks for.
+/// The light of small bright emitters, splatted for each replicate of a picture by as many points
+/// of each emitter as a goal asks for.
 class SplattedLight {
  public:
   explicit SplattedLight(const SplatSource& source) : source_(source) {}
@@ -32,17 +32,23 @@ class SplattedLight {
   ///
   /// E_i light of emitter i, in pixels times value, told by M_i points leaves an error of E_i^2/M_i
   /// over all pixels (independent points; nets do better), so that M_i goes with E_i. What is
-  /// measured decides: points are quadrupled until it keeps the goal.
+  /// measured decides: points are doubled, joining those there are, until it keeps the goal.
   void splat(double goal_mse, double most_points, ReplicateFilm& film, const RunControl& run);
 
   std::uint64_t rays() const noexcept { return rays_; }
 
  private:
-  double splat_once(const std::vector<SplatRange>& ranges, ReplicateFilm& film,
-                    const RunControl& run);
-  std::vector<SplatRange> ranges(double goal_mse, double scale) const;
+  // Points of each emitter.
+  std::vector<std::uint32_t> counts(double goal_mse, double scale) const;
+  // Brings the light of all emitters to `counts`, the doubled ones and others at the fewest.
+  void splat_to(const std::vector<std::uint32_t>& counts, const RunControl& run);
+  double measured_mse(ReplicateFilm& film) const;
 
   SplatSource source_;
+  std::vector<std::uint32_t> done_ = {};  // points of each emitter
+  // By replicate: of emitters that double, and of those at the fewest points.
+  std::vector<SplatImage> growing_ = {};
+  std::vector<SplatImage> resting_ = {};
   std::uint64_t rays_ = 0;
 };
 
