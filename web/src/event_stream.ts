@@ -29,6 +29,7 @@ export async function* events_of(
       }
     }
   } finally {
-    await reader.cancel().catch(() => undefined);
+    // Not waited for: who gives a stream up goes on at once.
+    void reader.cancel().catch(() => undefined);
   }
 }

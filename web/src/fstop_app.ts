@@ -12,7 +12,7 @@ import type { Complaint } from "./faults.ts";
 import { segments } from "./fields.ts";
 import { LatestTask } from "./latest_task.ts";
 import type { Urgency } from "./latest_task.ts";
-import { kNoOptics, optics_update } from "./optics_updates.ts";
+import { kNoOptics, kNumbersPace, optics_update } from "./optics_updates.ts";
 import type { OpticsQuestion, OpticsView } from "./optics_updates.ts";
 import { page_fragment } from "./page_state.ts";
 import type { PageState } from "./page_state.ts";
@@ -56,7 +56,7 @@ export class FstopApp extends LitElement {
   };
   private readonly optics_task_ = new LatestTask<OpticsQuestion>(async (wanted, signal) => {
     this.optics_ = { ...this.optics_, ...(await optics_update(this.client_, wanted, signal)) };
-  });
+  }, kNumbersPace);
   private optics_asked_ = "";
   private leaving_ = new AbortController();
 
@@ -185,23 +185,20 @@ export class FstopApp extends LitElement {
     </div>`;
   }
 
-  /// What no control shows: of the request that is edited what is left, of the other one all.
+  /// What no control shows, each once: of the request that is edited what is left, of the other all.
   private messages_(elsewhere: readonly string[]): Message[] {
-    const messages: Message[] = elsewhere.map((text) => ({ text, may_pass: false }));
+    const messages = new Map(elsewhere.map((text) => [text, false]));
     const { scenes_complaint_: scenes, optics_: optics, sides_: sides } = this;
     for (const { message, may_pass } of [scenes, sides[this.editing_].view.complaint, optics.complaint])
-      if (message !== "") messages.push({ text: message, may_pass });
+      if (message !== "") messages.set(message, may_pass);
     if (this.page_.b) {
       const other = this.editing_ === "a" ? "b" : "a";
       const { complaint } = sides[other].view;
       for (const sentence of sentences_of(complaint))
-        messages.push({
-          text: `${other.toUpperCase()}: ${sentence}`,
-          may_pass: complaint.may_pass,
-        });
+        messages.set(`${other.toUpperCase()}: ${sentence}`, complaint.may_pass);
     }
-    if (this.misread_.length > 0) messages.push({ text: misread_text(this.misread_), may_pass: false });
-    return messages;
+    if (this.misread_.length > 0) messages.set(misread_text(this.misread_), false);
+    return [...messages].map(([text, may_pass]) => ({ text, may_pass }));
   }
 
   private summary_(): TemplateResult | typeof nothing {

@@ -5,10 +5,11 @@
 export interface Pace {
   rest_ms: number; // start after the inputs have rested so long ...
   patience_ms: number; // ... or after the first one has waited so long
+  held_ms: number; // so long after the first one, while a hand holds what changes
 }
 
 /// Short enough to feel immediate, long enough to join the events of one gesture.
-export const kDraggingPace: Pace = { rest_ms: 40, patience_ms: 120 };
+export const kDraggingPace: Pace = { rest_ms: 40, patience_ms: 120, held_ms: 0 };
 
 /// An urgent input aborts the run under way at once. A patient one, of a slider that is still
 /// held, lets it come to its first result: else a fast hand would never see one.
@@ -47,7 +48,8 @@ export class LatestTask<Input> {
     const waited_ms = now_ms - this.waiting_since_ms_;
     const rest_ms = Math.min(this.pace_.rest_ms, Math.max(this.pace_.patience_ms - waited_ms, 0));
     // What waits for the run under way need not wait for the hand to rest too.
-    this.start_in_(urgency === "patient" || is_alone ? 0 : rest_ms);
+    const held_ms = Math.max(this.pace_.held_ms - waited_ms, 0);
+    this.start_in_(urgency === "patient" ? held_ms : is_alone ? 0 : rest_ms);
   }
 
   /// Makes the input that waits urgent, if one waits. One that came alone starts at once: a key is
@@ -56,7 +58,9 @@ export class LatestTask<Input> {
     if (this.next_ === undefined) return;
     if (!this.is_alone_) return this.submit(this.next_.input);
     this.next_.urgency = "urgent";
-    this.start_in_(0);
+    clearTimeout(this.timer_);
+    // Now, not by a timer: the page would be drawn anew before it.
+    void this.start_();
   }
 
   /// Drops what waits and aborts what runs.

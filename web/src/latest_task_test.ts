@@ -69,6 +69,28 @@ describe("latest task", () => {
     expect(runs.filter((run) => !run.signal.aborted).length).toBeGreaterThan(5);
   });
 
+  it("keeps to its pace while a hand holds what changes, and hurries when it lets go", async () => {
+    const started_ms: number[] = [];
+    const task = new LatestTask<number>(
+      async () => void started_ms.push(performance.now()),
+      { rest_ms: 40, patience_ms: 120, held_ms: 50 },
+    );
+    const begun_ms = performance.now();
+    for (let input = 0; input < 50; ++input) {
+      task.submit(input, "patient");
+      await vi.advanceTimersByTimeAsync(16);
+    }
+    expect(started_ms.length).toBeGreaterThan(10); // of 800 ms, one in 50 to 66
+    expect(started_ms.length).toBeLessThanOrEqual(16);
+    expect((started_ms[0] ?? 0) - begun_ms).toBeGreaterThanOrEqual(50);
+    await vi.advanceTimersByTimeAsync(500);
+    const before = started_ms.length;
+    task.submit(99, "patient");
+    task.hurry();
+    await vi.advanceTimersByTimeAsync(0);
+    expect(started_ms.length).toBe(before + 1);
+  });
+
   it("aborts the stale run and starts the newest input, one at a time", async () => {
     const { task, runs, seen } = watched_task(1000);
     task.submit(1);

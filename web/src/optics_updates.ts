@@ -3,6 +3,8 @@ import type { ApiClient } from "./api_client.ts";
 import type { Distance, OpticsReport, OpticsRequest } from "./contract.ts";
 import { complaint_of, kNoComplaint } from "./faults.ts";
 import type { Complaint } from "./faults.ts";
+import { kDraggingPace } from "./latest_task.ts";
+import type { Pace } from "./latest_task.ts";
 import { patiently, size_of } from "./picture_updates.ts";
 import { camera_of } from "./state.ts";
 import type { PlaygroundState } from "./state.ts";
@@ -26,6 +28,9 @@ export interface OpticsQuestion {
   state: PlaygroundState;
   subject_m: Distance;
 }
+
+/// As often as pictures come while a hand drags: drawing numbers more often takes their time.
+export const kNumbersPace: Pace = { ...kDraggingPace, held_ms: 50 };
 
 const kDistances_m: readonly number[] = [0.5, 1, 2, 3, 5, 10, 20, 50];
 

@@ -50,6 +50,7 @@ export class PictureStage extends LitElement {
   @property({ attribute: false }) zoom = 0; // of the loupe; 0: no loupe
   @property({ type: Boolean }) inspect = false; // a click looks and leaves the focus
   @property({ type: Boolean }) busy = false;
+  @property({ type: Boolean }) is_soon = false; // what is busy takes but a moment
   @property({ type: Boolean, reflect: true }) outdated = false;
   @property({ type: Boolean, reflect: true }) other_outdated = false;
 
@@ -89,7 +90,7 @@ export class PictureStage extends LitElement {
     this.style.setProperty("--ratio", String(this.size.width / this.size.height));
     this.style.setProperty("--wipe", `${this.wipe_}%`);
     return html`<div
-        class="frame ${this.busy ? "busy" : ""}"
+        class="frame ${this.busy && !this.is_soon ? "busy" : ""}"
         aria-busy=${this.busy ? "true" : "false"}
       >
         ${

@@ -23,7 +23,7 @@ type Kind = "blur" | "contrast" | "pinhole" | "speed";
 const kWavelengths_nm = [450, 550, 650];
 /// The picture goes first: blur is measured once the settings rest.
 const kBeforeMeasuring_ms = 500;
-const kPace = { rest_ms: 150, patience_ms: 600 };
+const kPace = { rest_ms: 150, patience_ms: 600, held_ms: 0 };
 
 interface Question {
   kind: Kind;
