@@ -143,7 +143,10 @@ describe("playground", { timeout: 600_000 }, () => {
     assert.ok(fault, JSON.stringify(errors));
     const note = page.locator("#focus_distance_m-fault .fault");
     await note.first().waitFor();
-    assert.equal(await note.first().innerText(), fault.detail);
+    assert.equal(
+      await note.first().innerText(),
+      fault.detail.replace("focal_length_mm", "focal length"),
+    );
     assert.equal(await focus.getAttribute("aria-invalid"), "true");
 
     await focus.fill("1.5");

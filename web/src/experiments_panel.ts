@@ -20,6 +20,9 @@ const kActivityText: Readonly<Record<Activity, string>> = {
   away: "The server does not answer; measuring goes on when it is back.",
 };
 
+/// From here on it says how long it takes already: a server may be there and still not answer.
+const kSlow_s = 5;
+
 /// A list of experiments, or the one that the page holds, step by step.
 @customElement("fstop-experiments")
 export class ExperimentsPanel extends LitElement {
@@ -30,6 +33,7 @@ export class ExperimentsPanel extends LitElement {
   @state() private guess_: number | undefined;
   @state() private numbers_: Measured | undefined;
   @state() private activity_: Activity = "idle";
+  @state() private waited_s_ = 0;
   @state() private message_ = "";
   private abort_ = new AbortController();
 
@@ -160,7 +164,13 @@ export class ExperimentsPanel extends LitElement {
         ${
           this.activity_ === "idle"
             ? nothing
-            : html`<p class="muted activity">${kActivityText[this.activity_]}</p>`
+            : html`<p class="muted activity">
+                ${kActivityText[this.activity_]}${
+                  this.waited_s_ < kSlow_s
+                    ? nothing
+                    : html`<span aria-hidden="true"> ${this.waited_s_} s</span>`
+                }
+              </p>`
         }
         ${this.message_ === "" ? nothing : html`<p class="fault">${this.message_}</p>`}
         ${this.numbers_ ? this.answer_(step, this.numbers_) : nothing}
@@ -245,6 +255,11 @@ export class ExperimentsPanel extends LitElement {
     this.abort_.abort();
     this.abort_ = new AbortController();
     const { signal } = this.abort_;
+    const begun_ms = performance.now();
+    const timer = setInterval(() => {
+      this.waited_s_ = Math.round((performance.now() - begun_ms) / 1000);
+    }, 1000);
+    this.waited_s_ = 0;
     this.message_ = "";
     try {
       const attempts = patiently("refining", (s) => measured(client, step, s), signal);
@@ -260,6 +275,7 @@ export class ExperimentsPanel extends LitElement {
     } catch (error) {
       if (!signal.aborted) this.message_ = sentences_of(complaint_of(error)).join(" ");
     } finally {
+      clearInterval(timer);
       if (!signal.aborted) this.activity_ = "idle";
     }
   }

@@ -63,6 +63,18 @@ export function words_of(pointer: string): string {
   return words === "" ? "The request" : words.charAt(0).toUpperCase() + words.slice(1);
 }
 
+/// What the server says, its names of members in words: "must exceed focal_length_mm". Texts in
+/// quotes are of others.
+function detail_in_words(detail: string): string {
+  const name = /\b[a-z]+(?:_[a-z]+)+\b/g;
+  return detail
+    .split(/("[^"]*")/)
+    .map((part, i) =>
+      i % 2 === 1 ? part : part.replace(name, (found) => found.replace(kUnit, "").replaceAll("_", " ")),
+    )
+    .join("");
+}
+
 /// The pointer to the list or vector that a value is in.
 function whole(pointer: string): string {
   return pointer.replace(/(\/\d+)+$/, "");
@@ -77,11 +89,15 @@ export function complaint_of(error: unknown): Complaint {
 
 /// The complaint in sentences that need no control beside them.
 export function sentences_of({ message, faults }: Complaint): string[] {
-  const told = faults.map(({ pointer, detail }) => `${words_of(pointer)}: ${detail}`);
+  const told = faults.map(
+    ({ pointer, detail }) => `${words_of(pointer)}: ${detail_in_words(detail)}`,
+  );
   return [...new Set(message === "" ? told : [message, ...told])];
 }
 
 export type FieldFaults = ReadonlyMap<Field, readonly string[]>;
+/// One for all, so that controls without faults are not drawn anew with every picture.
+export const kNoFaults: FieldFaults = new Map();
 
 /// The faults by control, each once; `elsewhere` has those that no control shows.
 export function sorted_faults(faults: readonly Fault[]): { at: FieldFaults; elsewhere: string[] } {
@@ -90,9 +106,10 @@ export function sorted_faults(faults: readonly Fault[]): { at: FieldFaults; else
   for (const { pointer, detail } of faults) {
     const field = kFieldOfPointer[whole(pointer)];
     const details = field === undefined ? elsewhere : (at.get(field) ?? []);
-    const text = field === undefined ? `${words_of(pointer)}: ${detail}` : detail;
+    const words = detail_in_words(detail);
+    const text = field === undefined ? `${words_of(pointer)}: ${words}` : words;
     if (!details.includes(text)) details.push(text);
     if (field !== undefined) at.set(field, details);
   }
-  return { at, elsewhere };
+  return { at: at.size === 0 ? kNoFaults : at, elsewhere };
 }

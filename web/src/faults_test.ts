@@ -10,7 +10,7 @@ describe("faults", () => {
     };
     const up = { pointer: "#/camera/up", detail: "must not be zero" };
     const { at, elsewhere } = sorted_faults([focus, up, { ...focus }]);
-    expect([...at]).toEqual([["focus_distance_m", ["must exceed focal_length_mm"]]]);
+    expect([...at]).toEqual([["focus_distance_m", ["must exceed focal length"]]]);
     expect(elsewhere).toEqual(["Camera, up: must not be zero"]);
   });
 
@@ -32,6 +32,7 @@ describe("faults", () => {
     const { at, elsewhere } = sorted_faults(faults.map((pointer) => ({ pointer, detail: "no" })));
     expect([...at.keys()]).toEqual(["camera_z_m", "sensor", "velocity_m_s"]);
     expect(elsewhere).toEqual([]);
+    expect(sorted_faults([]).at).toBe(sorted_faults([]).at);
   });
 
   it("have their place in words where no control shows them, never as a pointer", () => {
@@ -41,6 +42,8 @@ describe("faults", () => {
     expect(words_of("#/quality/max_time_ms")).toBe("Quality, max time");
     expect(words_of("#/scene/materials/a~1b")).toBe("Scene, materials, a/b");
     expect(words_of("#")).toBe("The request");
+    const quoted = { pointer: "#/scene", detail: 'has no "blue_m"; see velocity_m_s' };
+    expect(sorted_faults([quoted]).at.get("scene")).toEqual(['has no "blue_m"; see velocity']);
     const errors = [{ pointer: "#/object_distances_m/0", detail: "must be more than 0" }];
     expect(sentences_of(complaint_of(new RefusedError(422, { errors })))).toEqual([
       "Distance of the subject: must be more than 0",

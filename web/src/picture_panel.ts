@@ -131,6 +131,13 @@ export class PicturePanel extends LitElement {
         width: 6rem;
         accent-color: var(--accent);
       }
+      .facts {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 0.1rem 1.1rem;
+      }
+      .facts + .facts,
+      .facts:has(+ .facts),
       .messages,
       .legend {
         flex-basis: 100%;
@@ -196,6 +203,7 @@ export class PicturePanel extends LitElement {
         .zoom=${this.zoom_}
         .inspect=${this.inspect_}
         .busy=${busy}
+        .is_soon=${views.some(([, { activity }]) => activity === "preview")}
         ?outdated=${is_outdated(this.view)}
         ?other_outdated=${is_outdated(this.other ?? kNoPicture)}
         @difference=${({ detail: { mean, largest } }: DifferenceEvent) =>
@@ -203,7 +211,7 @@ export class PicturePanel extends LitElement {
       ></fstop-stage>
       ${this.tools_()}
       <figcaption>
-        ${views.map(([name, view]) => facts(view, name))}
+        ${views.map(([name, view]) => html`<div class="facts">${facts(view, name)}</div>`)}
         ${
           this.other && this.comparison === "difference" && this.has_difference_()
             ? html`<span>${this.difference_}</span>`
