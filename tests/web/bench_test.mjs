@@ -110,6 +110,28 @@ describe("side view", { timeout: 600_000 }, () => {
     );
   });
 
+  it("follows the hand where the page is larger, on a 4K screen", async () => {
+    const { page } = shared;
+    await page.setViewportSize({ width: 3840, height: 2160 });
+    await open(shared, kDraft);
+    const plane = await middle(handle("focus"));
+    const subject = await middle(handle("subject")); // at 1 m
+    await drag(page, plane, { x: subject.x, y: plane.y });
+    const focus_m = await eventually(
+      async () => Number(await page.getByRole("textbox", { name: /Focus distance/ }).inputValue()),
+      (value) => value < 1.9,
+    );
+    assert.ok(Math.abs(focus_m - 1) < 0.02, `${focus_m} m`);
+    // What is behind the lens is drawn to the scale that is told.
+    const text = await page.locator("fstop-side-view .note").innerText();
+    const [, times] = /Behind the lens ([\d.]+) : 1/.exec(text);
+    const tall_px = await page.locator("fstop-side-view line.sensor").evaluate((line) => {
+      const units = line.getAttribute("y2") - line.getAttribute("y1");
+      return units * line.getScreenCTM().a; // without the stroke
+    });
+    assert.ok(Math.abs(tall_px / kCssPxPerMm / (24 * times) - 1) < 1e-3, `${tall_px} px, ${times}`);
+  });
+
   it("opens and closes the aperture by its edge", async () => {
     const { page } = shared;
     await open(shared, kDraft);

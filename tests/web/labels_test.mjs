@@ -123,9 +123,14 @@ describe("letters", { timeout: 600_000 }, () => {
 
   it("of the side view's scale stand side by side", async () => {
     const { page } = shared;
-    for (const width of kWidths) {
-      await page.setViewportSize({ width, height: 900 });
+    for (const [width, height] of [...kWidths.map((width) => [width, 900]), [3840, 2160]]) {
+      await page.setViewportSize({ width, height });
       await open(shared, kDraft);
+      const [lens, end] = await page.locator("fstop-side-view").evaluate((host) => {
+        const svg = host.shadowRoot.querySelector("svg");
+        return [svg.querySelector("text.name"), svg].map((one) => one.getBoundingClientRect().top);
+      });
+      assert.ok(lens >= end - 3, `${width}: the lens's name begins ${end - lens} px above`);
       const gaps = await page.locator("fstop-side-view").evaluate((host) => {
         const boxes = [...host.shadowRoot.querySelectorAll(".tick")].map((text) =>
           text.getBoundingClientRect(),

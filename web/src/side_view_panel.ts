@@ -7,7 +7,7 @@ import type { Distance, OpticsReport } from "./contract.ts";
 import { distance_at, kInfinityPosition, position_of } from "./focus_scale.ts";
 import { quantity } from "./format.ts";
 import { kBaseStyles } from "./shared_styles.ts";
-import { kTicks_m, row_at, side_view } from "./side_view_layout.ts";
+import { kCssPxPerMm, kTicks_m, row_at, side_view } from "./side_view_layout.ts";
 import type { SideView } from "./side_view_layout.ts";
 import { kSideViewStyles } from "./side_view_styles.ts";
 import { kDefaultState } from "./state.ts";
@@ -59,11 +59,12 @@ export class SideViewPanel extends LitElement {
     const { optics, numbers_of } = this;
     if (optics === undefined || numbers_of === undefined) return nothing;
     const lens = numbers_of.camera === "lens";
-    const view = side_view(numbers_of, optics, this.subject_m, this.width_);
+    const zoom = zoom_of_page();
+    const view = side_view(numbers_of, optics, this.subject_m, this.width_ / zoom);
     const { width, height, axis_y, lens_x, sensor_x } = view;
     return html`<svg
-        width=${width}
-        height=${height}
+        width=${width * zoom}
+        height=${height * zoom}
         viewBox="0 0 ${width} ${height}"
         role="group"
         aria-label="Side view of the camera: the scene to the left, the sensor to the right"
@@ -93,7 +94,7 @@ export class SideViewPanel extends LitElement {
         <text class="name" x=${sensor_x} y=${height - 22} text-anchor="middle">sensor</text>
       </svg>
       <p class="muted note">
-        Behind the ${lens ? "lens" : "hole"} ${quantity(view.px_per_mm / kPxPerMm)} : 1; before it
+        Behind the ${lens ? "lens" : "hole"} ${quantity((zoom * view.px_per_mm) / kCssPxPerMm)} : 1; before it
         the distance in metres, logarithmic. ${this.words_(optics)}
         <button type="button" @click=${() => void this.save_()}>SVG</button>
       </p>`;
@@ -197,13 +198,14 @@ export class SideViewPanel extends LitElement {
     const { optics, numbers_of } = this;
     const frame = this.renderRoot.querySelector("svg")?.getBoundingClientRect();
     if (!frame || !optics || !numbers_of) return;
-    const view = side_view(numbers_of, optics, this.subject_m, this.width_);
+    const zoom = zoom_of_page();
+    const view = side_view(numbers_of, optics, this.subject_m, this.width_ / zoom);
     if (part === "aperture") {
-      const half_px = Math.max(view.axis_y - (event.clientY - frame.top), 0.1);
+      const half_px = Math.max(view.axis_y - (event.clientY - frame.top) / zoom, 0.1);
       // The f-number is focal length over diameter; at f/1 both are the same.
       const f_stop = nearest_step(view.largest_half_aperture_px / half_px);
       this.dispatchEvent(new StateChangeEvent({ f_stop }, settled));
-    } else this.place_(part, view.distance_at(event.clientX - frame.left), settled);
+    } else this.place_(part, view.distance_at((event.clientX - frame.left) / zoom), settled);
   }
 
   private place_(part: Part, at_m: Distance, settled: boolean): void {
@@ -228,7 +230,15 @@ export class SideViewPanel extends LitElement {
   }
 }
 
-const kPxPerMm = 96 / 25.4;
+/// Of the page's letters where the drawing has its own size.
+const kLetters_px = 15;
+
+/// The drawing grows with the page's letters.
+function zoom_of_page(): number {
+  const style = getComputedStyle(document.documentElement);
+  return Number.parseFloat(style.fontSize) / kLetters_px;
+}
+
 const kSteps: ReadonlyMap<string, number> = new Map([
   ["ArrowRight", 1],
   ["ArrowUp", 1],

@@ -29,11 +29,11 @@ export const kSideViewStyles = css`
   }
   text {
     fill: var(--muted);
-    font-size: 0.8rem;
+    font-size: 12px;
     font-variant-numeric: tabular-nums;
   }
   text.name {
-    font-size: 0.85rem;
+    font-size: 12.75px;
   }
   line,
   path {
