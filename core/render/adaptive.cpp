@@ -294,11 +294,10 @@ class Rounds {
         allocation(room, known.variance, remaining, shares.empty() ? nullptr : &shares);
     if (bias < kMuchOfTheGoal * goal) return shared;
     const Allocation alone = allocation(room_for(raw_), raw_.mse, remaining, nullptr);
-    const double left_by_sharing = shared.predicted_mse + bias;
     // Where time ends the picture, what this round leaves is what counts.
     const bool sharing_is_better = quality_.max_time_ms
-                                       ? left_by_sharing < alone.predicted_mse
-                                       : left_by_sharing <= goal && shared.samples < alone.samples;
+                                       ? shared.predicted_mse + bias < alone.predicted_mse
+                                       : bias < goal && shared.last_samples < alone.last_samples;
     return sharing_is_better ? shared : alone;
   }
   double room_for(const NoiseEstimate& noise) const {

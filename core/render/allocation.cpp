@@ -101,6 +101,7 @@ class Allocator {
     double mse = 0.0;
     double last_mse = 0.0;  // once further rounds have given what this one's growth holds back
     double samples = 0.0;
+    double last_samples = 0.0;
   };
 
   void add_replicate(int replicate) {
@@ -148,8 +149,9 @@ class Allocator {
       const double spread = c.pixels * static_cast<double>(c.spread);
       error += spread * steps_.error[next];
       last_error += spread * steps_.error[last];
-      outcome.samples += double(c.pixels) * (double(steps_.count[next]) -
-                                             double(steps_.count[static_cast<std::size_t>(c.now)]));
+      const double now = steps_.count[static_cast<std::size_t>(c.now)];
+      outcome.samples += double(c.pixels) * (double(steps_.count[next]) - now);
+      outcome.last_samples += double(c.pixels) * (double(steps_.count[last]) - now);
     }
     const double per_error = now_ > 0.0 ? goal_.measured / now_ : 0.0;
     outcome.mse = per_error * error;
@@ -170,6 +172,7 @@ class Allocator {
     const Outcome outcome = at(scale);
     result.predicted_mse = outcome.mse;
     result.samples = outcome.samples;
+    result.last_samples = outcome.last_samples;
     return result;
   }
 

@@ -26,7 +26,8 @@ struct AllocationGoal {
 struct Allocation {
   BlockCounts counts = {};
   double predicted_mse = 0.0;
-  double samples = 0.0;  // further samples over all pixels
+  double samples = 0.0;       // further samples over all pixels
+  double last_samples = 0.0;  // with those that further rounds give, until the error is reached
 };
 
 /// Counts that minimise the samples at a given error: of a block with the law V n^-t, n in

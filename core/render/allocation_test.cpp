@@ -130,8 +130,8 @@ TEST(Allocation, KeepsItsLimits) {
 TEST(Allocation, GrowthThatIsHeldBackIsNotMadeUpForElsewhere) {
   const ReplicateFilm film = two_halves(0.05, 2.0);
   const BlockGrid& grid = film.grid();
-  const Allocation whole = allocated(film, goal(1e-3));
-  AllocationGoal growth = goal(1e-3);
+  const Allocation whole = allocated(film, goal(1e-2));
+  AllocationGoal growth = goal(1e-2);
   growth.most_growth = 8.0;
   const Allocation round = allocated(film, growth);
   const std::size_t calm = grid.index(4, 8);
@@ -140,7 +140,7 @@ TEST(Allocation, GrowthThatIsHeldBackIsNotMadeUpForElsewhere) {
   EXPECT_EQ(round.counts[0][busy], 8 * 2 * kPilot);
   EXPECT_EQ(round.counts[0][calm], std::min(whole.counts[0][calm], 8 * 2 * kPilot));
   EXPECT_LT(round.counts[0][calm], 8 * 2 * kPilot);
-  EXPECT_GT(round.predicted_mse, 1e-3) << "what this round leaves";
+  EXPECT_GT(round.predicted_mse, 1e-2) << "what this round leaves";
 }
 
 TEST(Allocation, AReplicatesCountsFollowTheOthersSamples) {
