@@ -22,6 +22,7 @@ export class PictureSide {
     this.task_ = new LatestTask<PlaygroundState>(async (wanted, signal, has_result, urgency) => {
       const hand = { pace, is_held: urgency === "patient" };
       for await (const update of picture_updates(source, wanted, signal, hand)) {
+        if (signal.aborted) break; // it came in the moment of the next question
         this.take(update);
         if (update.image) has_result();
       }

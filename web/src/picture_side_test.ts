@@ -2,6 +2,7 @@ import { describe, expect, it, vi } from "vitest";
 import { RefusedError } from "./api_client.ts";
 import type { RenderedImage } from "./api_client.ts";
 import { PictureSide } from "./picture_side.ts";
+import { pause } from "./picture_updates.ts";
 import type { PictureSource } from "./picture_updates.ts";
 import { PreviewPace } from "./preview_pace.ts";
 import { kDefaultState } from "./state.ts";
@@ -49,6 +50,23 @@ describe("one side of a comparison", () => {
     await vi.waitFor(() => expect(a?.view.image).toBe(kImage));
     expect(a?.view.complaint.faults).toEqual([]);
     a?.stop();
+  });
+
+  it("takes no picture that comes in the moment of the next question", async () => {
+    const replies: ((image: RenderedImage) => void)[] = [];
+    const render = () => new Promise<RenderedImage>((resolve) => replies.push(resolve));
+    const side = new PictureSide(source_of(render), new PreviewPace(), () => undefined);
+    side.ask(kState, "urgent");
+    await vi.waitFor(() => expect(replies).toHaveLength(1));
+    await pause(150, new AbortController().signal); // so that the next question comes alone
+    side.ask({ ...kState, f_stop: 9 }, "patient");
+    replies[0]?.(kImage);
+    side.hurry();
+    await vi.waitFor(() => expect(replies).toHaveLength(2));
+    expect(side.view.image).toBeUndefined();
+    replies[1]?.({ ...kImage, id: "2" });
+    await vi.waitFor(() => expect(side.view.image?.id).toBe("2"));
+    side.stop();
   });
 
   it("begins with another's picture, and with nothing of what is under way there", () => {
