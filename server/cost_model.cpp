@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <variant>
 
+#include "core/render/wave_spread.h"
 #include "server/regression.h"
 
 namespace fstop::server {
@@ -21,11 +22,6 @@ constexpr double kFewestChosen = 4.0;    // samples of a pixel, whatever error i
 // planning.
 constexpr double kBytesPerPixelOfWaves = 350.0;
 constexpr double kBytesPerPixel = 150.0;
-// Of a transform that waves take: of all channels at once, or of large ones one by one.
-constexpr double kBytesPerElement = 120.0;
-constexpr double kBytesPerElementOfLarge = 40.0;
-constexpr double kLargePlane = 1.2e7;
-constexpr double kMostPlane = 6e7;  // larger ones are refused by `wave`
 constexpr double kBytesOnce = 384.0 * (1 << 20);
 
 // Logarithms, about a usual request: pixels, error, working f-number; diffraction in pixels.
@@ -42,12 +38,12 @@ double pixels_of(const SimulationSpec& spec) {
   return static_cast<double>(spec.width) * static_cast<double>(spec.height);
 }
 
-// Transforms are as much larger than the picture as diffraction reaches, 30 Q.
+// Transforms are as much larger than the picture as diffraction reaches.
 double bytes_of_waves(const SimulationSpec& spec, double diffraction_px) {
-  const double reach = 30.0 * diffraction_px;
-  const double elements = std::min(kMostPlane, (spec.width + reach) * (spec.height + reach));
-  const double each = elements > kLargePlane ? kBytesPerElementOfLarge : kBytesPerElement;
-  return std::max(kBytesPerPixelOfWaves * pixels_of(spec), each * elements);
+  const double elements =
+      WaveSpreader::plane_elements(diffraction_px, 0.0, spec.width, spec.height, 0);
+  const double most = std::min(elements, WaveSpreader::kMostPlaneElements);
+  return std::max(kBytesPerPixelOfWaves * pixels_of(spec), WaveSpreader::plane_bytes(most));
 }
 
 Features features_of(const SimulationSpec& spec) {

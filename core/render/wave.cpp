@@ -19,8 +19,7 @@ namespace fstop {
 namespace {
 
 constexpr int kMostLayers = 24;
-constexpr double kMostPlaneElements = 6e7;  // twice the largest picture's; 40 bytes each
-constexpr double kWidePlane = 64.0;         // elements a pixel: more than a usual picture's
+constexpr double kWidePlane = 64.0;  // elements a pixel: more than a usual picture's
 // Beyond 40 waves a disc is right to 0.165 W^(-3/4) = 0.010, as rays show it.
 constexpr double kLargestDefocusOfWaves = 500.0;
 
@@ -243,11 +242,11 @@ std::string memory_refusal(const Shot& shot, double q, double plane_elements) {
     return plain("needs about %.0f GB of memory for a picture of this size; at most %.0f are taken",
                  gigabytes, kMostGigabytes);
   }
-  if (plane_elements > kMostPlaneElements) {
+  if (plane_elements > WaveSpreader::kMostPlaneElements) {
     return plain(
         "spreads light by an Airy disc of %.3g px: transforms wide enough for that have %.2g "
         "elements; at most %.2g are taken",
-        2.44 * q, plane_elements, kMostPlaneElements);
+        2.44 * q, plane_elements, WaveSpreader::kMostPlaneElements);
   }
   return {};
 }

@@ -18,7 +18,6 @@ namespace {
 constexpr double kTau = 2.0 * std::numbers::pi;
 constexpr int kGroups = 2;  // of layers, each summed by a thread of its own
 constexpr double kMostPlane = 8e6;
-constexpr double kLargePlane = 1.2e7;  // elements
 
 // Margin beyond the frame that the point spread without its far halo needs.
 double near_reach(double q, double largest_disc_px) {

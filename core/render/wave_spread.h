@@ -69,8 +69,18 @@ class WaveSpreader {
   static int cells_for(double q, int width, int height);
   /// About the elements of one transform: `largest_disc_px` of what waves show; others as Frame.
   static double plane_elements(double q, double largest_disc_px, int width, int height, int guard);
+  /// Transforms above this are refused: twice the largest picture's.
+  static constexpr double kMostPlaneElements = 6e7;
+  /// Memory of a transform, all channels at once, or of large ones one by one; measured.
+  static double plane_bytes(double elements) noexcept {
+    constexpr double kEach = 120.0;
+    constexpr double kEachOfLarge = 40.0;
+    return elements * (elements > kLargePlane ? kEachOfLarge : kEach);
+  }
 
  private:
+  static constexpr double kLargePlane = 1.2e7;  // elements
+
   struct Region;
   class ChannelSum;
   class GroupSum;
