@@ -14,6 +14,7 @@ namespace fstop::server {
 enum class MessageKind : std::uint32_t {
   hello,     // worker: it is there
   job,       // server: make this photograph; its file is the scene
+  scene,     // server: there will be jobs with this scene, its file; the hash is the body
   cancel,    // server: stop this job
   progress,  // worker: the fraction that is done
   preview,   // worker: its file is a small picture so far

@@ -39,6 +39,14 @@ double processor_ms() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
+bool is_of_scene(const Message& job, const std::string& hash) noexcept {
+  try {
+    return job_of(job.body).scene_hash == hash;
+  } catch (...) {
+    return false;  // whoever makes it says what is wrong
+  }
+}
+
 // Scenes that were built, the one used last first.
 class BuiltScenes {
  public:
@@ -90,11 +98,17 @@ class RenderWorker {
 
   [[noreturn]] void run() {
     for (;;) {
-      const Message message = next_job();
+      const Message message = next_message();
       try {
-        make(message);
+        if (message.kind == MessageKind::scene) {
+          build_ahead(message);
+        } else {
+          make(message);
+        }
       } catch (const std::exception& exception) {
-        channel_.send(MessageKind::failed, message.job, failure_bytes(exception));
+        // A scene that is not built now is built when a job needs it.
+        if (message.kind == MessageKind::job)
+          channel_.send(MessageKind::failed, message.job, failure_bytes(exception));
       }
     }
   }
@@ -108,26 +122,47 @@ class RenderWorker {
       if (message->kind == MessageKind::job) {
         stop_ = std::stop_source();
         newest_job_ = message->job;
+        if (!is_of_scene(*message, ahead_)) stop_ahead_.request_stop();
         job_ = std::move(message);
-        job_there_.notify_one();
+        news_.notify_one();
+      } else if (message->kind == MessageKind::scene) {
+        scene_ = std::move(message);
+        news_.notify_one();
       } else if (message->kind == MessageKind::cancel && message->job == newest_job_) {
         stop_.request_stop();
+        stop_ahead_.request_stop();
       }
     }
   }
 
-  Message next_job() {
+  // A job, or a scene while there is none.
+  Message next_message() {
     std::unique_lock lock(mutex_);
-    const auto has_job = [this] { return job_.has_value(); };
-    if (!job_there_.wait_for(lock, kLongIdle, has_job)) {
+    ahead_.clear();
+    const auto is_news = [this] { return job_ || scene_; };
+    if (!news_.wait_for(lock, kLongIdle, is_news)) {
       lock.unlock();
       ::malloc_trim(0);  // what a large picture has left
       lock.lock();
-      job_there_.wait(lock, has_job);
+      news_.wait(lock, is_news);
     }
-    Message message = std::move(*job_);
-    job_.reset();
+    std::optional<Message>& next = job_ ? job_ : scene_;
+    Message message = std::move(*next);
+    next.reset();
+    if (message.kind == MessageKind::scene) {
+      ahead_ = message.body;
+      stop_ahead_ = std::stop_source();
+    }
     return message;
+  }
+
+  void build_ahead(const Message& message) {
+    std::stop_token stop;
+    {
+      const std::lock_guard lock(mutex_);
+      stop = stop_ahead_.get_token();
+    }
+    if (!scenes_.find(message.body)) build(message, message.body, stop);
   }
 
   std::stop_token stop_of_job() {
@@ -152,11 +187,17 @@ class RenderWorker {
                                                const std::stop_token& stop, WorkerResult& result) {
     if (auto known = scenes_.find(job.scene_hash)) return known;
     const double start_ms = processor_ms();
+    auto built = build(message, job.scene_hash, stop);
+    result.build_ms = processor_ms() - start_ms;
+    return built;
+  }
+
+  std::shared_ptr<const RayScene> build(const Message& message, const std::string& hash,
+                                        const std::stop_token& stop) {
     const MemoryFile file(Descriptor(::fcntl(message.file.get(), F_DUPFD_CLOEXEC, 0)));
     const BuildStop until(stop);
     auto built = std::make_shared<const RayScene>(scene_of(file));
-    scenes_.keep(job.scene_hash, built, built->memory_bytes() + file.size());
-    result.build_ms = processor_ms() - start_ms;
+    scenes_.keep(hash, built, built->memory_bytes() + file.size());
     return built;
   }
 
@@ -185,8 +226,11 @@ class RenderWorker {
   std::optional<WorkerPool> pool_ = {};
   BuiltScenes scenes_;
   std::mutex mutex_;
-  std::condition_variable job_there_;
-  std::optional<Message> job_ = {};  // not begun yet
+  std::condition_variable news_;
+  std::optional<Message> job_ = {};    // not begun yet
+  std::optional<Message> scene_ = {};  // to be built while there is no job
+  std::string ahead_ = {};             // the scene that is being built without a job
+  std::stop_source stop_ahead_ = {};
   std::uint64_t newest_job_ = 0;
   std::stop_source stop_ = {};  // of the newest job
   std::mutex progress_mutex_;

@@ -57,6 +57,16 @@ WorkerCrew::~WorkerCrew() {
   wake();
 }
 
+bool WorkerCrew::Worker::has(const std::string& scene) const {
+  return std::ranges::find(scenes, scene) != scenes.end();
+}
+
+void WorkerCrew::Worker::remember(const std::string& scene) {
+  std::erase(scenes, scene);
+  scenes.push_back(scene);
+  if (scenes.size() > kKnownScenes) scenes.pop_front();
+}
+
 WorkerResult WorkerCrew::render(const WorkerJob& job, const MemoryFile& scene,
                                 const RenderQueue::Turn& turn, std::chrono::milliseconds time) {
   Kind& kind = kinds_[turn.is_express ? 1 : 0];
@@ -68,7 +78,9 @@ WorkerResult WorkerCrew::render(const WorkerJob& job, const MemoryFile& scene,
       counts_.builds += result.build_ms > 0.0 ? 1 : 0;
       failures_ = 0;
     }
+    const bool is_repeated = worker->has(job.scene_hash);
     give_back(kind, std::move(worker), job.scene_hash);
+    if (is_repeated) announce(job.scene_hash, scene);
     return result;
   } catch (const WorkerLost&) {
     bury(kind, std::move(worker), false);
@@ -96,9 +108,8 @@ std::unique_ptr<WorkerCrew::Worker> WorkerCrew::take(Kind& kind, const std::stri
     if (stop.stop_requested()) throw Error(ErrorCode::cancelled, "stopped before it was begun");
     throw Error(ErrorCode::internal, "no worker process can be started");
   }
-  auto place = std::ranges::find_if(kind.idle, [&](const std::unique_ptr<Worker>& worker) {
-    return std::ranges::find(worker->scenes, scene) != worker->scenes.end();
-  });
+  auto place = std::ranges::find_if(
+      kind.idle, [&](const std::unique_ptr<Worker>& worker) { return worker->has(scene); });
   if (place == kind.idle.end()) place = std::prev(kind.idle.end());
   std::unique_ptr<Worker> worker = std::move(*place);
   kind.idle.erase(place);
@@ -106,12 +117,25 @@ std::unique_ptr<WorkerCrew::Worker> WorkerCrew::take(Kind& kind, const std::stri
   return worker;
 }
 
-void WorkerCrew::give_back(Kind& kind, std::unique_ptr<Worker> worker, const std::string& scene) {
-  if (!scene.empty()) {
-    std::erase(worker->scenes, scene);
-    worker->scenes.push_back(scene);
-    if (worker->scenes.size() > kKnownScenes) worker->scenes.pop_front();
+// A scene that is photographed again will be once more, maybe while the worker that has it is busy:
+// the idle ones build it, too, so that no later picture waits for that. Large scenes are built
+// where they are needed alone.
+void WorkerCrew::announce(const std::string& scene_hash, const MemoryFile& scene) {
+  constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+  if (scene.size() > kMostBytes) return;
+  const std::lock_guard lock(mutex_);
+  for (Kind& kind : kinds_) {
+    for (const std::unique_ptr<Worker>& worker : kind.idle) {
+      if (worker->has(scene_hash)) continue;
+      const Channel& channel = worker->process.channel();
+      if (channel.send(MessageKind::scene, 0, scene_hash, scene.descriptor(), false))
+        worker->remember(scene_hash);
+    }
   }
+}
+
+void WorkerCrew::give_back(Kind& kind, std::unique_ptr<Worker> worker, const std::string& scene) {
+  if (!scene.empty()) worker->remember(scene);
   {
     const std::lock_guard lock(mutex_);
     --kind.busy;

@@ -61,6 +61,8 @@ class WorkerCrew {
     WorkerProcess process;
     std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
     std::deque<std::string> scenes = {};  // that it has, the newest last
+    bool has(const std::string& scene) const;
+    void remember(const std::string& scene);
   };
   struct Kind {
     WorkerShape shape = {};
@@ -70,6 +72,7 @@ class WorkerCrew {
   };
 
   std::unique_ptr<Worker> take(Kind& kind, const std::string& scene, const std::stop_token& stop);
+  void announce(const std::string& scene_hash, const MemoryFile& scene);
   void give_back(Kind& kind, std::unique_ptr<Worker> worker, const std::string& scene);
   void bury(Kind& kind, std::unique_ptr<Worker> worker, bool was_asked_for);
   void supervise(const std::stop_token& stop);

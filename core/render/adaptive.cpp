@@ -329,7 +329,9 @@ class Rounds {
   }
 
   // Until tracing has to end.
-  double left_ms() const { return *quality_.max_time_ms - finish_ms_ - ms_since(start_); }
+  double left_ms() const {
+    return kUsedTime * *quality_.max_time_ms - finish_ms_ - ms_since(start_);
+  }
   Clock::time_point deadline() const {
     if (!quality_.max_time_ms) return Clock::time_point::max();
     return Clock::now() + std::chrono::duration_cast<Clock::duration>(
@@ -350,6 +352,8 @@ class Rounds {
     return 0.0;
   }
 
+  // Of the time that was asked for: the finish scatters by a few milliseconds.
+  static constexpr double kUsedTime = 0.94;
   // Of the time that is left a round plans to use: rates scatter.
   static constexpr double kTimeShare = 0.9;
   static constexpr double kFinishPasses = 6.0;

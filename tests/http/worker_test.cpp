@@ -135,6 +135,21 @@ TEST(Workers, MakeThePicturesThatThisProcessWouldMake) {
   EXPECT_EQ(apart.server().worker_counts().builds, 1U) << "one worker had the scene";
 }
 
+// The second picture of a scene tells the other workers of it: they build it while they rest, and
+// no job of theirs does.
+TEST(Workers, ScenesThatAreAskedForAgainAreBuiltByThoseThatRest) {
+  TestServer server(options_with(2, 0));
+  ASSERT_TRUE(eventually([&] { return server.server().worker_counts().workers == 2; }));
+  for (int seed = 1; seed <= 2; ++seed) ASSERT_EQ(render(server, tiny_request(seed)).status, 200);
+  Client one(server.port());
+  Client other(server.port());
+  begin(one, long_request(1));
+  begin(other, long_request(2));
+  ASSERT_TRUE(one.read());
+  ASSERT_TRUE(other.read());
+  EXPECT_EQ(server.server().worker_counts().builds, 1U);
+}
+
 TEST(Workers, ADeathTakesOneAttemptOfOneRenderWithIt) {
   TestServer undisturbed(options_with(2, 0));
   const std::string first = render(undisturbed, long_request(1)).body;

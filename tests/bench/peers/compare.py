@@ -325,7 +325,8 @@ def main():
         result["cases"].append(compare(case, options, kept.get(case.name)))
         write_json(json_file, result)
     write_csv(os.path.join(options.out, "peers.csv"), result)
-    text = figures.table(result)
+    tables = [figures.table(result), figures.disc_table(result)]
+    text = "\n\n".join(table for table in tables if table)
     with open(os.path.join(options.out, "table.md"), "w", encoding="utf-8") as file:
         file.write(text + "\n")
     log("\nCPU seconds net of each program's own one-sample run (gross): ratio to fstop")

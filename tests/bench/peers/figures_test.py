@@ -1,5 +1,6 @@
 """Tests of figures.py: costs read off measured points. Run: python3 figures_test.py"""
 
+import math
 import os
 import sys
 import unittest
@@ -42,6 +43,21 @@ class CostOf(unittest.TestCase):
     def test_a_dearer_and_worse_point_does_not_count(self):
         points = curve("a", 1.0, -1.0, (1.0, 10.0, 100.0)) + [point("a", 20.0, 0.5)]
         self.assertAlmostEqual(figures.cost_of(points, 0.02)[0], 50.0, delta=1e-7)
+
+
+class Discs(unittest.TestCase):
+    # The error's square falls as 1/cost, and the reference's own is taken off.
+    def test_cost_goes_with_the_inverse_square_of_the_discs_error(self):
+        noise = 1e-3
+        points = [
+            {**point("Cycles", cost, 1.0), "disc_rms": math.hypot(0.1 / math.sqrt(cost), noise),
+             "disc_rms_of_reference": noise}
+            for cost in (1.0, 10.0, 1000.0)
+        ]
+        cost, mark = figures.cost_of(figures.by_discs(points), 1e-2**2)
+        self.assertAlmostEqual(cost, 100.0, delta=1e-6)
+        self.assertEqual(mark, "")
+        self.assertEqual(figures.by_discs([point("Cycles", 1.0, 1.0)]), [])
 
 
 class Ratios(unittest.TestCase):

@@ -18,7 +18,7 @@ set logscale xy
 set format x "%g"
 set format y "10^{%T}"
 set xrange [0.3 : 300]
-set yrange [2e-5 : 20]
+set yrange [2e-5 : 1e4]
 set xlabel "processor time, whole process (s)"
 set ylabel "relMSE"
 set key top right Left reverse samplen 2 spacing 1.05 font ",11"
