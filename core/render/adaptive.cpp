@@ -1,182 +1,28 @@
 #include "core/render/adaptive.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <chrono>
 #include <cmath>
-#include <mutex>
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "core/error.h"
 #include "core/render/allocation.h"
 #include "core/render/light_tracing.h"
-#include "core/render/parts.h"
-#include "core/render/replicate_tracer.h"
 #include "core/render/sample_loop.h"
 #include "core/render/sharing.h"
 #include "core/render/splatted_light.h"
+#include "core/render/traced_picture.h"
 
 namespace fstop {
 namespace {
 
-// Rounds aim a little below the target, so that one is mostly enough.
-constexpr double kAim = 0.94;
-
 using Clock = std::chrono::steady_clock;
 
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-// The picture under way: what traces it and its film.
-class Picture {
- public:
-  Picture(const SampleSource& source, BlockGrid grid, const Shot& shot, const RunControl& run)
-      : tracer_(source, shot), parts_(shot.parts), film_(std::move(grid)), run_(run) {}
-
-  ReplicateFilm& film() { return film_; }
-  std::uint64_t rays() const { return rays_; }
-  double samples() const { return samples_; }
-  // Root mean square over samples of the weight of branches that were not followed.
-  double cut_rmse() const {
-    const double sum = static_cast<double>(cut_squares_.load()) / ReplicateTracer::kCutScale;
-    return samples_ > 0.0 ? std::sqrt(sum / samples_) : 0.0;
-  }
-  double pixels() const { return static_cast<double>(film_.grid().width) * film_.grid().height; }
-  double samples_per_ms() const { return samples_ / std::max(trace_ms_, 1e-3); }
-
-  // Traces what is missing to `counts`, or has it traced, but begins no tile after `deadline`;
-  // progress goes to `end` of the whole.
-  void trace(const BlockCounts& counts, double end,
-             Clock::time_point deadline = Clock::time_point::max()) {
-    if (trace_in_parts(counts, end)) return;
-    const Clock::time_point start = Clock::now();
-    const double begin = progress_;
-    std::atomic<int> done = 0;
-    const int columns = film_.grid().tile_columns();
-    const int tiles = columns * film_.grid().tile_rows();
-    std::atomic<std::uint64_t> rays = 0;
-    std::atomic<std::uint64_t> samples = 0;
-    const bool limited = deadline != Clock::time_point::max();
-    parallel_for(run_, tiles, [&](int tile) {
-      if (limited && Clock::now() >= deadline) return;
-      for_each_block(film_.grid(), tile % columns, tile / columns, [&](std::size_t block) {
-        for (int r = 0; r < kReplicates; ++r) {
-          const auto counted = trace_block(r, block, counts);
-          rays += counted.rays;
-          samples += counted.samples;
-        }
-      });
-      report(begin + (end - begin) * ++done / tiles);
-    });
-    throw_if_stopped(run_);
-    rays_ += rays;
-    samples_ += static_cast<double>(samples.load());
-    progress_ = end;
-    trace_ms_ += ms_since(start);
-  }
-
-  // One sample a pixel in replicate A, and in B for a few blocks chosen blindly, which tell the
-  // error.
-  BlockCounts first_look(std::uint32_t seed) const {
-    constexpr std::uint32_t kOneIn = 16;
-    BlockCounts counts = uniform(1, 0);
-    for (std::size_t block = 0; block < counts[1].size(); ++block) {
-      const bool chosen = hash_of(seed, static_cast<std::uint32_t>(block)) % kOneIn == 0;
-      counts[1][block] = chosen || block == 0 ? 1 : 0;
-    }
-    return counts;
-  }
-  BlockCounts uniform(std::uint32_t a, std::uint32_t b) const {
-    BlockCounts counts;
-    counts[0].assign(film_.grid().count(), a);
-    counts[1].assign(film_.grid().count(), b);
-    return counts;
-  }
-
-  double progress() const { return progress_; }
-  void report(double fraction) {
-    if (!run_.progress) return;
-    const std::scoped_lock lock(mutex_);
-    if (fraction <= reported_) return;
-    reported_ = fraction;
-    run_.progress(fraction);
-  }
-
- private:
-  struct Counted {
-    std::uint64_t rays = 0;
-    std::uint64_t samples = 0;
-  };
-
-  Counted trace_block(int replicate, std::size_t block, const BlockCounts& counts) {
-    const SampleRange samples{.first = film_.samples(replicate, block),
-                              .end = counts[static_cast<std::size_t>(replicate)][block]};
-    if (samples.first >= samples.end) return {};
-    const auto traced = tracer_.trace(replicate, film_.grid(), block, samples, run_.stop);
-    if (!traced.is_whole) return {};
-    const std::uint32_t missing = samples.end - samples.first;
-    film_.add(replicate, block, traced.sums, missing);
-    cut_squares_ += traced.cut_squares;
-    return {.rays = traced.rays,
-            .samples = std::uint64_t{missing} * static_cast<unsigned>(film_.grid().pixels(block))};
-  }
-
-  // Whether others have traced all that was missing.
-  bool trace_in_parts(const BlockCounts& counts, double end) {
-    if (parts_.tracer == nullptr) return false;
-    const auto missing = static_cast<double>(missing_samples(film_, counts));
-    const int count = parts_.tracer->parts(missing);
-    if (count < 1) return false;
-    std::vector<PartOrder> orders = parts_of(film_, counts, count);
-    for (PartOrder& order : orders) {
-      order.method = parts_.method;
-      order.sharp_samples = parts_.sharp_samples;
-    }
-    const double begin = progress_;
-    std::size_t done = 0;
-    const auto take = [&](std::size_t number, const TracedPart& part) {
-      add(orders.at(number), part);
-      report(begin +
-             (end - begin) * static_cast<double>(++done) / static_cast<double>(orders.size()));
-    };
-    parts_.tracer->trace(orders, take, run_);
-    throw_if_stopped(run_);
-    samples_ += missing;
-    progress_ = end;
-    return true;
-  }
-
-  void add(const PartOrder& order, const TracedPart& part) {
-    if (part.sums.size() != order.sums())
-      throw Error(ErrorCode::internal, "a part is not what was ordered");
-    auto sums = part.sums.begin();
-    for (std::size_t i = 0; i < order.blocks(); ++i) {
-      for (int r = 0; r < kReplicates; ++r) {
-        const SampleRange& range = order.samples[static_cast<std::size_t>(r)][i];
-        if (range.first >= range.end) continue;
-        film_.add(r, order.first_block + i, sums->block_sums(), range.end - range.first);
-        ++sums;
-      }
-    }
-    rays_ += part.rays;
-    cut_squares_ += part.cut_squares;
-  }
-
-  ReplicateTracer tracer_;
-  PictureParts parts_;
-  ReplicateFilm film_;
-  const RunControl& run_;
-  std::uint64_t rays_ = 0;
-  double samples_ = 0.0;
-  std::atomic<std::uint64_t> cut_squares_ = 0;  // ReplicateTracer::Traced
-  double trace_ms_ = 0.0;                       // spent in trace()
-  double progress_ = 0.0;
-  std::mutex mutex_;
-  double reported_ = 0.0;
-};
+// Rounds aim a little below the target, so that one is mostly enough.
+constexpr double kAim = 0.94;
 
 // Samples of a replicate's pixel in the pilot: small errors deserve a first look that is not blind
 // to rare samples.
@@ -194,9 +40,9 @@ std::uint32_t least_samples(double pixels) {
 
 class Rounds {
  public:
-  // `carried_mse`: noise of the picture that samples do not lower.
-  Rounds(Picture& picture, const Shot& shot, double bias, double carried_mse, Sharing* sharing,
-         const RunControl& run)
+  // `forward_mse`: noise of the picture that samples do not lower, of what comes from the light.
+  Rounds(TracedPicture& picture, const Shot& shot, double bias, double forward_mse,
+         Sharing* sharing, const RunControl& run)
       : picture_(picture),
         quality_(shot.quality),
         seed_(shot.seed),
@@ -205,16 +51,24 @@ class Rounds {
         sharing_(sharing),
         run_(run),
         // Where the omissions alone pass the target, noise is brought down to it all the same.
-        // Twice the carried light's noise leaves as much for that of the samples.
+        // Twice that noise leaves as much for that of the samples.
         goal_(std::max(
             std::pow(quality_.max_error, 2) - (bias < quality_.max_error ? bias * bias : 0.0),
-            2.0 * carried_mse)) {}
+            2.0 * forward_mse)) {}
 
   void run() {
     pilot();
+    double before = std::numeric_limits<double>::infinity();
+    int idle_rounds = 0;
     while (true) {
       const Judgement known = judged();
       if (known.noise.mse_upper_95 <= goal_) return;
+      idle_rounds = known.noise.mse > kHardlyLess * before ? idle_rounds + 1 : 0;
+      before = known.noise.mse;
+      if (idle_rounds >= kMostIdleRounds) {
+        warning_ = kNoLongerFalls;
+        return;
+      }
       const double remaining = budget();
       if (remaining <= 0.0) return;
       if (!trace_towards_goal(known, remaining)) return;
@@ -226,6 +80,8 @@ class Rounds {
  private:
   static constexpr const char* kOutOfSamples =
       "the noise was still above the target at the most samples allowed";
+  static constexpr const char* kNoLongerFalls =
+      "more samples no longer lowered the noise, which was still above the target";
   static constexpr const char* kOutOfTime = "stopped by max_time_ms before the error was reached";
 
   void pilot() {
@@ -357,10 +213,13 @@ class Rounds {
   // Of the time that is left a round plans to use: rates scatter.
   static constexpr double kTimeShare = 0.9;
   static constexpr double kFinishPasses = 6.0;
+  // Rounds in a row that leave nearly all of the noise: something other than samples makes it.
+  static constexpr double kHardlyLess = 0.97;
+  static constexpr int kMostIdleRounds = 3;
   static constexpr double kMuchOfTheGoal = 0.3;  // a bias that may make sharing the dearer way
   static constexpr double kMostGrowth = 8.0;     // of a block's count in a round
 
-  Picture& picture_;
+  TracedPicture& picture_;
   const QualitySpec& quality_;
   std::uint32_t seed_;
   Clock::time_point start_;
@@ -377,7 +236,7 @@ class Rounds {
   std::string warning_ = {};
 };
 
-RenderOutcome finished(Picture& picture, const Shot& shot, const NoiseEstimate& noise,
+RenderOutcome finished(TracedPicture& picture, const Shot& shot, const NoiseEstimate& noise,
                        const Sharing* sharing, const RunControl& run) {
   picture.report(1.0);
   const ReplicateFilm& film = picture.film();
@@ -394,7 +253,7 @@ RenderOutcome finished(Picture& picture, const Shot& shot, const NoiseEstimate& 
 }
 
 // A forced count: half of it in each replicate.
-NoiseEstimate trace_exactly(Picture& picture, std::uint32_t samples, Sharing* sharing,
+NoiseEstimate trace_exactly(TracedPicture& picture, std::uint32_t samples, Sharing* sharing,
                             const RunControl& run) {
   picture.trace(picture.uniform((samples + 1) / 2, samples / 2), 0.95);
   const NoiseEstimate raw = picture.film().noise(run);
@@ -446,12 +305,14 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
   if (shot.part != nullptr) return {.part = ReplicateTracer(source, shot).trace(*shot.part, run)};
   BlockGrid grid(source.sensor.width, source.sensor.height);
   if (means.interleaved != nullptr) grid.interleaved = *means.interleaved;
-  Picture picture(source, std::move(grid), shot, run);
+  TracedPicture picture(source, std::move(grid), shot, run);
   std::optional<SplattedLight> light;
+  double splatted_mse = 0.0;
   if (means.splats != nullptr) {
     light.emplace(*means.splats);
-    light->splat(forward_goal(shot.quality),
-                 most_forward(shot.quality, picture.film(), kMostPoints), picture.film(), run);
+    splatted_mse =
+        light->splat(forward_goal(shot.quality),
+                     most_forward(shot.quality, picture.film(), kMostPoints), picture.film(), run);
   }
   const CarriedLight carried = carry_light(
       {.rays = source, .aims = light_aims(source.scene, shot.illumination), .seed = shot.seed},
@@ -469,7 +330,7 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
     noise = trace_exactly(picture, samples, shared, run);
     if (samples == 1) warning = "one sample a pixel: the noise cannot be told";
   } else {
-    Rounds rounds(picture, shot, means.bias, carried.mse, shared, run);
+    Rounds rounds(picture, shot, means.bias, carried.mse + splatted_mse, shared, run);
     rounds.run();
     noise = rounds.noise();
     warning = rounds.warning();

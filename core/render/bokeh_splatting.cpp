@@ -46,13 +46,13 @@ struct SplatLanes {
   alignas(64) LaneMask visible = {};
 };
 
-// What lies behind an emitter changes the picture by little beside its own light: some packets see
-// it for all. Then its noise stays below that of the emitter, as long as that is as many times
-// brighter than white.
+// What lies behind an emitter changes the picture by little beside its own light: one packet of so
+// many sees it for all. Of n independent points the emitter leaves an error of v/sqrt(n), up to
+// white behind it one of sqrt(k - 1)/sqrt(n): with k = v/4 at most an eighth of that.
 std::uint32_t packets_per_look(float exposure, const Rgb& radiance) {
-  constexpr float kMostPackets = 16.0F;
+  constexpr float kMostPackets = 8.0F;
   const float value = exposure * *std::ranges::max_element(radiance);
-  return std::bit_floor(static_cast<std::uint32_t>(std::clamp(value, 1.0F, kMostPackets)));
+  return std::bit_floor(static_cast<std::uint32_t>(std::clamp(0.25F * value, 1.0F, kMostPackets)));
 }
 
 class EmitterSplatter {
@@ -72,7 +72,7 @@ class EmitterSplatter {
     const Material& material = scene.materials[static_cast<std::size_t>(object.material)];
     is_plain_ = material.model == ShadingModel::unlit && material.emission.texture < 0;
     if (!sharp) behind_every_ = packets_per_look(source.exposure, emitter_.radiance);
-    behind_offset_ = hash_of(source.seed ^ kSplatStream, splatted.number + replicate);
+    looks_key_ = hash_of(hash_of(source.seed, kSplatStream + replicate), splatted.number);
     footprint_rate_ = static_cast<float>(static_cast<double>(source.texture_width_px) / film.scale);
   }
 
@@ -103,7 +103,8 @@ class EmitterSplatter {
     if (!any) return;
     RayPacket without;
     aim(splats, without);
-    const bool looks = (keys.index[0] / kLanes + behind_offset_) % behind_every_ == 0;
+    // By chance: every so-manieth packet of a net would see the same slivers of the pupil for ever.
+    const bool looks = hash_of(looks_key_, keys.index[0] / kLanes) % behind_every_ == 0;
     if (!looks) {
       find_hidden(without, splats, chunk);
     } else {
@@ -294,7 +295,7 @@ class EmitterSplatter {
   bool sharp_;
   bool is_plain_ = false;
   std::uint32_t behind_every_ = 1;  // one packet of so many looks at what lies behind, for all
-  std::uint32_t behind_offset_ = 0;
+  std::uint32_t looks_key_ = 0;
   float footprint_rate_ = 0.0F;
 };
 

@@ -15,9 +15,10 @@ constexpr std::uint32_t kMostPoints = 1U << 30;
 // A pixel of a disc shows at most this much more than white before its noise stops mattering.
 constexpr double kVisibleLight = 2.0;
 
+// What is added to samples' light: it may be negative where little of an emitter hides much.
 double clipped_square(float a, float b) {
   const double off =
-      std::clamp(static_cast<double>(a), 0.0, 1.0) - std::clamp(static_cast<double>(b), 0.0, 1.0);
+      std::clamp(static_cast<double>(a), -1.0, 1.0) - std::clamp(static_cast<double>(b), -1.0, 1.0);
   return 0.25 * off * off;
 }
 
@@ -100,9 +101,9 @@ double SplattedLight::measured_mse(ReplicateFilm& film) const {
   return mse;
 }
 
-void SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& film,
-                          const RunControl& run) {
-  if (source_.choice.emitters.empty()) return;
+double SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& film,
+                            const RunControl& run) {
+  if (source_.choice.emitters.empty()) return 0.0;
   const auto points_of = [](const std::vector<std::uint32_t>& all) {
     return double(kReplicates) * std::accumulate(all.begin(), all.end(), 0.0);
   };
@@ -111,15 +112,17 @@ void SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& fi
   // Nets need a small part of what independent points do.
   double scale = 1.0 / 64.0;
   while (scale > 1e-12 && points_of(counts(goal_mse, scale)) > most_points) scale *= 0.5;
+  double mse = 0.0;
   for (;; scale *= 2.0) {
     const std::vector<std::uint32_t> next = counts(goal_mse, scale);
     splat_to(next, run);
-    const double mse = measured_mse(film);
+    mse = measured_mse(film);
     const std::vector<std::uint32_t> more = counts(goal_mse, 2.0 * scale);
     if (mse <= goal_mse || more == next || points_of(more) > most_points) break;
   }
   growing_.clear();
   resting_.clear();
+  return mse;
 }
 
 }  // namespace fstop

@@ -27,13 +27,14 @@ class SplattedLight {
  public:
   explicit SplattedLight(const SplatSource& source) : source_(source) {}
 
-  /// Splats until the mean square error of the two replicates' mean, values clipped to [0,1], is
-  /// below `goal_mse`, by at most `most_points` points, and puts the light into `film`.
+  /// Splats until the mean square error of the two replicates' mean, values clipped to [-1,1], is
+  /// below `goal_mse`, by at most `most_points` points, and puts the light into `film`. Returns
+  /// that error.
   ///
   /// E_i light of emitter i, in pixels times value, told by M_i points leaves an error of E_i^2/M_i
   /// over all pixels (independent points; nets do better), so that M_i goes with E_i. What is
   /// measured decides: points are doubled, joining those there are, until it keeps the goal.
-  void splat(double goal_mse, double most_points, ReplicateFilm& film, const RunControl& run);
+  double splat(double goal_mse, double most_points, ReplicateFilm& film, const RunControl& run);
 
   std::uint64_t rays() const noexcept { return rays_; }
 

@@ -17,8 +17,9 @@ namespace {
 
 // Balls at 5 m before nothing, seen by a lens focused at 2 m: discs of 54 px.
 struct Lamps {
-  explicit Lamps(std::vector<std::pair<Vec3, float>> lamps) {
+  explicit Lamps(std::vector<std::pair<Vec3, float>> lamps, float wall = 0.0F) {
     Scene scene;
+    scene.background = {wall, wall, wall};
     for (const auto& [center, value] : lamps) {
       scene.objects.push_back({.shape = SphereObject{.center = center, .radius = 0.004},
                                .material = static_cast<int>(scene.materials.size())});
@@ -92,6 +93,25 @@ TEST(SplattedLight, LightIsTheSameHoweverOftenPointsDouble) {
       EXPECT_NEAR(sum_of(image), expected, 2e-3 * expected) << goal;
     }
     EXPECT_LE(mse_between(images), goal);
+  }
+}
+
+// What lamps hide, here half as bright as they are, is taken away from every point of their discs
+// alike: more points bring both replicates together.
+TEST(SplattedLight, WhatLampsHideConvergesToo) {
+  Lamps lamps({{{0.0, 0.0, -5.0}, 40.0F}, {{0.02, -0.01, -5.0}, 35.0F}}, 20.0F);
+  double before = 0.0;
+  for (const double points : {1e5, 8e5, 6.4e6}) {
+    const auto images = splatted(lamps, 1e-14, points);
+    double squares = 0.0;
+    for (std::size_t i = 0; i < images[0].pixels().size(); ++i) {
+      squares += std::pow(double{images[0].pixels()[i]} - double{images[1].pixels()[i]}, 2);
+    }
+    // Eight times the points: an eighth of independent points' squares, nets leave less.
+    if (before > 0.0) {
+      EXPECT_LT(squares, before / 6.0) << points;
+    }
+    before = squares;
   }
 }
 
