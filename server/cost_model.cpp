@@ -8,7 +8,6 @@
 #include <unordered_map>
 #include <variant>
 
-#include "core/render/wave_spread.h"
 #include "server/regression.h"
 
 namespace fstop::server {
@@ -38,12 +37,9 @@ double pixels_of(const SimulationSpec& spec) {
   return static_cast<double>(spec.width) * static_cast<double>(spec.height);
 }
 
-// Transforms are as much larger than the picture as diffraction reaches.
 double bytes_of_waves(const SimulationSpec& spec, double diffraction_px) {
-  const double elements =
-      WaveSpreader::plane_elements(diffraction_px, 0.0, spec.width, spec.height, 0);
-  const double most = std::min(elements, WaveSpreader::kMostPlaneElements);
-  return std::max(kBytesPerPixelOfWaves * pixels_of(spec), WaveSpreader::plane_bytes(most));
+  return std::max(kBytesPerPixelOfWaves * pixels_of(spec),
+                  transform_bytes(diffraction_px, spec.width, spec.height));
 }
 
 Features features_of(const SimulationSpec& spec) {

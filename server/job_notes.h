@@ -1,26 +1,13 @@
 #pragma once
 
-#include <chrono>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "api/job_note.h"
 #include "server/log.h"
 
 namespace fstop::server {
-
-/// What an accepted job needs to be begun anew.
-struct JobNote {
-  std::string job = {};     // its name: lower case hexadecimal digits
-  std::string render = {};  // content hash
-  std::string format = {};  // of the picture, by name
-  std::string client = {};
-  std::string body = {};             // of the request
-  std::string idempotency_key = {};  // with the client before it; empty: none
-  std::string fingerprint = {};      // of the key's request
-  std::optional<std::chrono::system_clock::time_point> deadline = {};
-};
 
 /// The notes of jobs that clients were told of, a file each: whole or not there. They outlive the
 /// process, so that what was accepted is made whatever happens to it. Any thread; one process at a
@@ -33,10 +20,10 @@ class JobNotes {
 
   bool are_kept() const noexcept { return !folder_.empty(); }
   /// Returns once the note lies on the disk. Throws: as the constructor.
-  void write(const JobNote& note) const;
+  void write(const api::JobNote& note) const;
   void forget(const std::string& job) const noexcept;
   /// What is there, the oldest first. A file that is no note is told in the log and left alone.
-  std::vector<JobNote> all() const;
+  std::vector<api::JobNote> all() const;
 
  private:
   std::filesystem::path folder_;

@@ -230,10 +230,10 @@ asio::awaitable<Reply> RenderCalls::promoted(Call& call, const Prepared& prepare
                  .format = prepared.task.format,
                  .precision = prepared.task.request->precision,
                  .max_error = error_that_ends(prepared.task)};
-  JobNote note{.render = order.render,
-               .format = std::string(format_name(order.format)),
-               .client = call.client.peer(),
-               .body = call.request.body};
+  api::JobNote note{.render = order.render,
+                    .format = std::string(format_name(order.format)),
+                    .client = call.client.peer(),
+                    .body = call.request.body};
   if (wishes.deadline) {
     order.deadline = start + *wishes.deadline;
     note.deadline =
@@ -262,8 +262,8 @@ asio::awaitable<Reply> RenderCalls::promoted(Call& call, const Prepared& prepare
   co_return accepted_reply(*job, wishes);
 }
 
-void RenderCalls::restore(const std::vector<JobNote>& notes) {
-  for (const JobNote& note : notes) {
+void RenderCalls::restore(const std::vector<api::JobNote>& notes) {
+  for (const api::JobNote& note : notes) {
     JobOrder order{.render = note.render, .name = note.job};
     if (note.deadline)
       order.deadline = Clock::now() + (*note.deadline - std::chrono::system_clock::now());
@@ -273,14 +273,14 @@ void RenderCalls::restore(const std::vector<JobNote>& notes) {
   }
 }
 
-asio::awaitable<void> RenderCalls::resume(std::vector<JobNote> notes) {
-  for (const JobNote& note : notes) {
+asio::awaitable<void> RenderCalls::resume(std::vector<api::JobNote> notes) {
+  for (const api::JobNote& note : notes) {
     if (services_.draining) co_return;
     co_await resume(note);
   }
 }
 
-asio::awaitable<void> RenderCalls::resume(const JobNote& note) {
+asio::awaitable<void> RenderCalls::resume(const api::JobNote& note) {
   const std::shared_ptr<Job> job = services_.jobs.look_up(note.job);
   if (!job || job->state != Job::State::active) co_return;  // withdrawn meanwhile
   std::exception_ptr failure;
@@ -310,7 +310,8 @@ asio::awaitable<void> RenderCalls::resume(const JobNote& note) {
 
 // Others may have filled the queue: then the job waits for a place in it.
 asio::awaitable<void> RenderCalls::submit_patiently(const std::shared_ptr<Job>& job,
-                                                    const JobNote& note, const Prepared& prepared) {
+                                                    const api::JobNote& note,
+                                                    const Prepared& prepared) {
   while (!services_.draining && job->state == Job::State::active) {
     try {
       services_.jobs.begin(job, submit(note.client, prepared));

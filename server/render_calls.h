@@ -42,9 +42,9 @@ class RenderCalls {
   explicit RenderCalls(RenderServices services) : services_(std::move(services)) {}
   void add_to(Routes& routes);
   /// Makes the jobs of `notes`, which a former process had accepted, known again. Before the calls.
-  void restore(const std::vector<JobNote>& notes);
+  void restore(const std::vector<api::JobNote>& notes);
   /// Begins the restored jobs anew, one after the other as the queue has room.
-  boost::asio::awaitable<void> resume(std::vector<JobNote> notes);
+  boost::asio::awaitable<void> resume(std::vector<api::JobNote> notes);
 
  private:
   // A request as it was read.
@@ -67,9 +67,9 @@ class RenderCalls {
   boost::asio::awaitable<Reply> promoted(Call& call, const Prepared& prepared,
                                          const Preferences& wishes, RenderQueue::Ticket ticket,
                                          Clock::time_point start);
-  boost::asio::awaitable<void> resume(const JobNote& note);
+  boost::asio::awaitable<void> resume(const api::JobNote& note);
   boost::asio::awaitable<void> submit_patiently(const std::shared_ptr<Job>& job,
-                                                const JobNote& note, const Prepared& prepared);
+                                                const api::JobNote& note, const Prepared& prepared);
   boost::asio::awaitable<std::shared_ptr<StoredRender>> stored(Call& call);
   boost::asio::awaitable<Reply> file_reply(Call& call, FileKey key);
 

@@ -295,7 +295,7 @@ Reply Server::psf_reply(const Request& request) {
 }
 
 void Server::run() {
-  std::vector<JobNote> unfinished = notes_.all();
+  std::vector<api::JobNote> unfinished = notes_.all();
   render_calls_.restore(unfinished);
   listener_.start();
   asio::co_spawn(io_, render_calls_.resume(std::move(unfinished)), asio::detached);

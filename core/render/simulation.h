@@ -126,6 +126,10 @@ struct Plan {
   std::vector<std::string> warnings = {};
 };
 
+/// Memory of the transforms that method `wave` takes: they are as much larger than the picture as
+/// diffraction, `diffraction_px` = lambda N_w over the pixel pitch, reaches.
+double transform_bytes(double diffraction_px, int width, int height);
+
 /// The light path as one function: scene through camera onto film, with its error.
 /// Same spec, scene and build: same photograph, whatever the threads and whoever traces parts of
 /// it. `parts`: may be null; has the rounds of `color` and `all_in_focus` traced, of methods whose

@@ -11,6 +11,7 @@
 #include "core/film/square_sums.h"
 #include "core/render/layer_sink.h"
 #include "core/render/progressive.h"
+#include "core/render/simulation.h"
 #include "core/render/wave_emitters.h"
 #include "core/render/wave_spread.h"
 #include "core/render/wave_survey.h"
@@ -436,6 +437,11 @@ RenderOutcome Wave::render(const Shot& shot, const ShotFacts& facts, double bias
                                            double(survey.light_reach)),
                               .offset = border});
   return outcome;
+}
+
+double transform_bytes(double diffraction_px, int width, int height) {
+  const double elements = WaveSpreader::plane_elements(diffraction_px, 0.0, width, height, 0);
+  return WaveSpreader::plane_bytes(std::min(elements, WaveSpreader::kMostPlaneElements));
 }
 
 }  // namespace fstop
