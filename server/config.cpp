@@ -1,6 +1,8 @@
 #include "server/config.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <string_view>
 #include <system_error>
@@ -54,14 +56,19 @@ std::string origin_of(const std::string& origin) {
   throw refused("--cors-origin: must be origins such as https://app.example, without a path");
 }
 
-// Made if it is not there, and written to: what cannot be kept should be known at the start.
+// Made if it is not there, and written to: what cannot be kept should be known at the start. A full
+// disk is no reason not to serve what lies on it; what it has no room for is answered 507.
 void require_writable(const fs::path& folder) {
   std::error_code ec;
   fs::create_directories(folder, ec);
   const fs::path trial = folder / ".fstop-trial";
-  if (!std::ofstream(trial).put('x').flush())
-    throw refused("--data-dir: cannot write to " + folder.string());
+  errno = 0;
+  const bool is_written = static_cast<bool>(std::ofstream(trial).put('x').flush());
+  const int cause = errno;
   fs::remove(trial, ec);
+  if (is_written || cause == ENOSPC || cause == EDQUOT) return;
+  throw refused("--data-dir: cannot write to " + folder.string() +
+                (cause != 0 ? std::string(": ") + std::strerror(cause) : std::string()));
 }
 
 // What this process may have: the machine's memory, cut by a cgroup v2 limit.

@@ -33,17 +33,19 @@ asio::awaitable<void> pause(std::chrono::milliseconds time) {
 std::string event_text(const Job& job, std::uint64_t number) {
   const api::JobView view = view_of(job);
   const bool has_ended = job.state != Job::State::active;
-  std::string text = "id: " + std::to_string(number) + "\nevent: ";
+  std::string text = "id: " + std::to_string(number) + "-" + job.life + "\nevent: ";
   text.append(has_ended ? view.state : "progress").append("\ndata: ");
   return text.append(api::job_json(view)).append("\n\n");
 }
 
-// Of the Last-Event-ID that a browser sends when it comes back.
-std::optional<std::uint64_t> last_event(const Request& request) {
+// Of the Last-Event-ID that a browser sends when it comes back. Numbers of another job, or of
+// another life of the server, say nothing.
+std::optional<std::uint64_t> last_event(const Request& request, const Job& job) {
   const std::string_view text = request.header("Last-Event-ID");
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return {};
+  const std::string_view rest = text.substr(static_cast<std::size_t>(end - text.data()));
+  if (error != std::errc() || rest != "-" + job.life) return {};
   return number;
 }
 
@@ -88,7 +90,7 @@ asio::awaitable<Reply> JobCalls::withdraw(Call& call) {
 asio::awaitable<Reply> JobCalls::events(Call& call) {
   const auto stream = std::make_shared<Stream>();
   stream->job = services_.jobs.find(call.parameters[0]);
-  stream->told = last_event(call.request);
+  stream->told = last_event(call.request, *stream->job);
   const bool knows_all = stream->told && stream->job->state != Job::State::active &&
                          *stream->told >= stream->job->version();
   Reply reply;
@@ -97,8 +99,6 @@ asio::awaitable<Reply> JobCalls::events(Call& call) {
     reply.status = http::status::no_content;  // tells a browser not to come back
     co_return reply;
   }
-  // Numbers of another job, or of another life of the server, say nothing.
-  if (stream->told && *stream->told > stream->job->version()) stream->told.reset();
   if (stream->told && stream->job->ticket) stream->told_place = stream->job->ticket->place();
   reply.set("Content-Type", "text/event-stream");
   // The stream outlives the call, not the connection.

@@ -41,7 +41,7 @@ std::vector<api::JobNote> JobNotes::all() const {
   if (!are_kept()) return {};
   for (const auto& entry : fs::directory_iterator(folder_, none)) {
     const std::string name = entry.path().filename().string();
-    if (!is_name(name)) continue;
+    if (!is_name(name) || !entry.is_regular_file(none)) continue;
     try {
       std::ifstream stream(entry.path(), std::ios::binary);
       const std::string text((std::istreambuf_iterator<char>(stream)), {});

@@ -22,7 +22,8 @@ using asio::experimental::awaitable_operators::operator||;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kNameBytes = 16;  // 128 bits: not to be guessed
-constexpr double kLeastTold = 0.02;     // a fraction below says nothing of the time left
+constexpr std::size_t kLifeBytes = 4;
+constexpr double kLeastTold = 0.02;  // a fraction below says nothing of the time left
 
 asio::awaitable<void> wait_for(asio::steady_timer& timer) {
   co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
@@ -90,6 +91,7 @@ std::shared_ptr<Job> Jobs::known(JobOrder order) {
   auto job = std::make_shared<Job>();
   job->order = std::move(order);
   job->name = job->order.name.empty() ? api::random_hex(kNameBytes) : job->order.name;
+  job->life = api::random_hex(kLifeBytes);
   job->expiry = std::make_unique<asio::steady_timer>(
       context_, job->order.deadline.value_or(SteadyClock::time_point::max()));
   jobs_.emplace(job->name, job);

@@ -43,6 +43,7 @@ struct Job {
   enum class State { active, done, failed, cancelled };
 
   std::string name = {};  // random: who knows it may ask for it
+  std::string life = {};  // of this object: a restored job counts its events anew
   JobOrder order = {};
   State state = State::active;
   // While active, but for one of a former process that waits to be begun anew.

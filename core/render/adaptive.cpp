@@ -42,12 +42,13 @@ class Rounds {
  public:
   // `forward_mse`: noise of the picture that samples do not lower, of what comes from the light.
   Rounds(TracedPicture& picture, const Shot& shot, double bias, double forward_mse,
-         Sharing* sharing, const RunControl& run)
+         bool hides_highlights, Sharing* sharing, const RunControl& run)
       : picture_(picture),
         quality_(shot.quality),
         seed_(shot.seed),
         start_(shot.start),
         bias_(bias),
+        hides_highlights_(hides_highlights),
         sharing_(sharing),
         run_(run),
         // Where the omissions alone pass the target, noise is brought down to it all the same.
@@ -110,6 +111,9 @@ class Rounds {
     const double whole = seen_->mse;
     // How fast this picture's nets converge, as the pilot's doubling showed.
     if (whole > 0.0 && half > whole) order_ = std::clamp(std::log2(half / whole), 1.0, 1.75);
+    if (!hides_highlights_ || quality_.max_time_ms) return;
+    picture_.trace(picture_.where_sharp(kLongLook * count), 0.15);
+    seen_.reset();
   }
 
   Judgement judged() {
@@ -216,6 +220,10 @@ class Rounds {
   // Rounds in a row that leave nearly all of the noise: something other than samples makes it.
   static constexpr double kHardlyLess = 0.97;
   static constexpr int kMostIdleRounds = 3;
+  // Mirrors and glass make small images of lamps, which a pilot's few samples may all miss: there
+  // it looks longer. A block of 16 pixels of which one in a hundred points of each shines is missed
+  // by all of 64 samples a pixel once in 30,000 pictures, of 8 in every fourth.
+  static constexpr std::uint32_t kLongLook = 8;
   static constexpr double kMuchOfTheGoal = 0.3;  // a bias that may make sharing the dearer way
   static constexpr double kMostGrowth = 8.0;     // of a block's count in a round
 
@@ -224,6 +232,7 @@ class Rounds {
   std::uint32_t seed_;
   Clock::time_point start_;
   double bias_;
+  bool hides_highlights_;
   Sharing* sharing_;
   const RunControl& run_;
   double goal_;
@@ -330,7 +339,12 @@ RenderOutcome rendered_adaptively(const SampleSource& source, const Shot& shot,
     noise = trace_exactly(picture, samples, shared, run);
     if (samples == 1) warning = "one sample a pixel: the noise cannot be told";
   } else {
-    Rounds rounds(picture, shot, means.bias, carried.mse + splatted_mse, shared, run);
+    constexpr float kHighlight = 4.0F;
+    const bool hides_highlights = source.scene.branches() &&
+                                  source.illumination != Illumination::local &&
+                                  source.brightest > kHighlight;
+    Rounds rounds(picture, shot, means.bias, carried.mse + splatted_mse, hides_highlights, shared,
+                  run);
     rounds.run();
     noise = rounds.noise();
     warning = rounds.warning();

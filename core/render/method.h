@@ -34,6 +34,7 @@ struct Shot {
   std::uint32_t seed = 0;
   bool hides_background = false;  // as SampleSource
   bool wants_variance = false;    // the outcome's image of it is asked for
+  double brightest = 0.0;         // ShotFacts::brightest, once the shot was probed
   PictureParts parts = {};
   /// Of methods that trace in parts: the outcome is this part of the picture, and nothing else.
   const PartOrder* part = nullptr;
@@ -61,6 +62,7 @@ struct ShotFacts {
   double branch_share = 0.0;     // of the picture that shows such things
   double mirror_share = 0.0;     // of the picture that shows mirrors, glass and sheets
   double branch_error = 0.0;     // what ends of reflected and transmitted paths change at most
+  double brightest = 0.0;        // pixel value of the brightest that shines or was met, at least 1
   bool forks = false;            // one surface both reflects and transmits
   bool area_lights = false;
   bool carries_light = false;    // lamps light surfaces by mirrors and glass, and it is asked for

@@ -120,9 +120,9 @@ ModelledEffect branches_of(const Shot& shot, const ShotFacts& facts) {
           .modelled = followed,
           .bound = facts.branch_error,
           .why = followed
-                     ? "followed until the brightest that shines, or white, adds less than " +
+                     ? "followed until the brightest that shines or is seen adds less than " +
                            rounded(kSmallestBranch) + " or lies " + std::to_string(kDeepestBranch) +
-                           " deep; what is lit is taken as white at most"
+                           " deep; what is lit unseen is taken as no brighter"
                      : "left out, as illumination local says: not part of the error"};
 }
 

@@ -128,6 +128,7 @@ struct ProbePart {
   int branches = 0;    // points on what reflects or transmits
   int mirrors = 0;     // of them, on what shows other things as they are
   double largest_blur_px = 0.0;
+  float brightest = 0.0F;  // radiance
   std::uint64_t rays = 0;
 };
 
@@ -153,6 +154,7 @@ class Probe {
       moments.add(part.moments);
       facts.largest_blur_px = std::max(facts.largest_blur_px, part.largest_blur_px);
       facts.probe_rays += part.rays;
+      facts.brightest = std::max(facts.brightest, double{part.brightest});
       facts.blurred_share += double(part.wide_blurs) / grid_.count();
       facts.branch_share += double(part.branches) / grid_.count();
       facts.mirror_share += double(part.mirrors) / grid_.count();
@@ -188,7 +190,10 @@ class Probe {
     shade_locally(inputs, packet, valid, LaneFloats{}, surfaces, colors, part.rays);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (valid[static_cast<std::size_t>(lane)] == 0) continue;
-      for (const float value : colors.get(lane)) part.moments.add(value);
+      for (const float value : colors.get(lane)) {
+        part.moments.add(value);
+        part.brightest = std::max(part.brightest, value);
+      }
       measure_blur(packet, lane, begin + lane, part);
       const std::int32_t material = surfaces.material[static_cast<std::size_t>(lane)];
       if (branches(material)) ++part.branches;
@@ -287,12 +292,6 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
     facts.interreflects = facts.interreflects || material.model != ShadingModel::unlit;
   }
   facts.interreflects = facts.interreflects && shot.illumination == Illumination::global;
-  if (facts.mirrors || facts.interreflects) {
-    const double brightest = double{brightest_value(*shot.scene, exposure_of(shot.camera))};
-    const BranchBound bound = branch_bound(scene.materials, shot.illumination, brightest);
-    facts.branch_error = bound.error;
-    facts.forks = bound.forks;
-  }
   for (const Light& light : scene.lights) {
     facts.area_lights = facts.area_lights || std::holds_alternative<AreaLight>(light.kind);
   }
@@ -312,6 +311,14 @@ ShotFacts facts_of(const Shot& shot, const RunControl& run) {
         std::min(brightest * exposure_of(shot.camera) * sharp_px, emitter.footprint_px());
   }
   Probe(shot).run(facts, run);
+  const double exposure = exposure_of(shot.camera);
+  facts.brightest =
+      std::max(exposure * facts.brightest, double{brightest_value(*shot.scene, exposure)});
+  if (facts.mirrors || facts.interreflects) {
+    const BranchBound bound = branch_bound(scene.materials, shot.illumination, facts.brightest);
+    facts.branch_error = bound.error;
+    facts.forks = bound.forks;
+  }
   const bool shows_others = facts.mirrors && shot.illumination != Illumination::local;
   if (shows_others) {  // what they show may be as far as anything
     const double far = blur_diameter(shot.camera, kInfinitelyFar) / shot.sensor.pixel_pitch;

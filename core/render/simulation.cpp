@@ -145,6 +145,26 @@ void report_carried_light(const RenderOutcome& outcome, const ShotFacts& facts,
                           .why = "carried to what is seen straight only; part of the bound"});
 }
 
+// Images of bright things in mirrors and glass may be as small as they like. By the rule of three
+// those that no sample met fill, weighed by the samples of each pixel, less than 3 samples; a pixel
+// turns white where one in L of its points shows what is L times white: 3 L/n of them at most.
+void report_unseen_highlights(const Shot& shot, const ShotFacts& facts,
+                              const RenderOutcome& outcome, RenderReport& report) {
+  const bool shows_others = facts.mirrors && shot.illumination != Illumination::local;
+  if (!shows_others || !(facts.brightest > 1.0) || !(facts.mirror_share > 0.0)) return;
+  const double samples = std::max(1.0, outcome.samples_mean * facts.pixel_count);
+  char why[160];
+  std::snprintf(why, sizeof why,
+                "images in mirrors and glass of what is up to %.3g times white, if no sample met "
+                "any: at 95 %%; beside the estimate and its bound",
+                facts.brightest);
+  report.model.push_back(
+      {.effect = "highlights that no sample saw",
+       .modelled = false,
+       .bound = std::sqrt(std::min(facts.mirror_share, 3.0 * facts.brightest / samples)),
+       .why = why});
+}
+
 // The finished image's error: noise and what was left out add in squares, since noise is as
 // often too bright as too dark.
 ImageError error_of(const RenderOutcome& outcome, double bias, double unseen, double target) {
@@ -215,6 +235,7 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
   }
   const OpticalSummary optics = optical_summary(shot.camera, shot.sensor, std::nullopt, {});
   const ShotFacts facts = facts_of(shot, run);
+  shot.brightest = facts.brightest;
   MethodPlan plan = planned_method(render_methods(), shot, facts);
   if (plan.method->traces_in_parts() && may_be_in_parts(spec))
     shot.parts = {.tracer = parts, .method = std::string(plan.method->name())};
@@ -303,6 +324,7 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
                           .bound = std::sqrt(3.0 / rays),
                           .why = "its share of ray space is below 3 in " +
                                  std::to_string(outcome.rays) + " at 95 %; beside the estimate"});
+  report_unseen_highlights(shot, facts, outcome, report);
   if (const auto map = photograph.layers.find(Output::variance); map != photograph.layers.end()) {
     for (float& square : map->second.pixels()) square += static_cast<float>(bias * bias);
   }
@@ -377,6 +399,7 @@ TracedPart traced_part(const SimulationSpec& spec, const RayScene& scene, const 
           "of another picture than the request's");
   Shot shot = shot_of(spec, &scene);
   shot.part = &order;
+  if (scene.branches()) shot.brightest = facts_of(shot, run).brightest;  // as the whole picture's
   if (order.sharp_samples > 0) {
     shot.quality.samples = static_cast<int>(order.sharp_samples);
     return PinholeTrace().render(shot, {}, 0.0, run).part;

@@ -393,6 +393,51 @@ TEST(Simulation, FaintMirrorsShowWhatIsBright) {
   EXPECT_LT(exposed_bound, 0.01);
 }
 
+// A lamp in a glass ball: 3 L/n of the picture, or all that shows glass, may be white unseen.
+TEST(Simulation, TellsHowMuchOfHighlightsNoSampleMayHaveSeen) {
+  Scene scene;
+  scene.materials = {Material{.transmission = 1.0, .ior = 1.5},
+                     Material{.emission = {.value = {50.0F, 50.0F, 50.0F}}}};
+  scene.objects = {
+      {.shape = SphereObject{.center = {0, 0, -2}, .radius = 0.2}},
+      {.shape = QuadObject{.corner = {-1, 2, -3}, .edge_u = {2, 0, 0}, .edge_v = {0, 0.1, 0}},
+       .material = 1}};
+  SimulationSpec spec = small_shot(4.0);
+  spec.quality.samples = 64;
+  const auto told = [&](const RenderReport& report) {
+    return std::ranges::find(report.model, "highlights that no sample saw",
+                             &ModelledEffect::effect);
+  };
+  const RenderReport report = photograph(spec, RayScene(scene)).report;
+  ASSERT_NE(told(report), report.model.end());
+  EXPECT_NEAR(told(report)->bound, std::sqrt(3.0 * 50.0 / (64.0 * spec.width * spec.height)), 1e-9);
+  scene.materials[1].emission.value = {1.0F, 1.0F, 1.0F};
+  const RenderReport dim = photograph(spec, RayScene(scene)).report;
+  EXPECT_EQ(told(dim), dim.model.end());
+}
+
+// What is lit may be brighter than white, too: of a wall whose exposed value is 200, a mirror of
+// 0.00099 shows 0.00099/0.0011 of what one of 0.0011 does.
+TEST(Simulation, FaintMirrorsShowWhatIsLitBrightly) {
+  const auto shown = [](double reflection) {
+    Scene scene;
+    scene.materials = {
+        Material{.model = ShadingModel::phong, .diffuse = {.value = {0.8F, 0.8F, 0.8F}}},
+        Material{.reflection = reflection}};
+    scene.objects = {
+        {.shape = QuadObject{.corner = {-1.5, -0.5, -4}, .edge_u = {3, 0, 0}, .edge_v = {0, 2, 0}}},
+        {.shape = QuadObject{.corner = {-2, -0.3, 0}, .edge_u = {4, 0, 0}, .edge_v = {0, 0, -3.9}},
+         .material = 1}};
+    scene.lights = {
+        {.kind = DirectionalLight{.direction = {0, -0.5, -1}}, .intensity = {250, 250, 250}}};
+    const Photograph photo = photograph(small_shot(4.0), RayScene(scene));
+    return double{*photo.color.at(48, 58)};
+  };
+  const double above = shown(0.0011);
+  EXPECT_GT(above, 0.05);
+  EXPECT_NEAR(shown(0.00099), above * 0.9, 0.02 * above);
+}
+
 TEST(Simulation, WarnsOfMaterialsThatPassOnMoreThanTheyGet) {
   Scene scene;
   scene.materials = {Material{.name = "glass", .reflection = 0.6, .transmission = 0.6, .ior = 1.5}};

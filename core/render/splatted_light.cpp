@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 namespace fstop {
 namespace {
@@ -112,13 +113,17 @@ double SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& 
   // Nets need a small part of what independent points do.
   double scale = 1.0 / 64.0;
   while (scale > 1e-12 && points_of(counts(goal_mse, scale)) > most_points) scale *= 0.5;
+  std::vector<std::uint32_t> next = counts(goal_mse, scale);
   double mse = 0.0;
-  for (;; scale *= 2.0) {
-    const std::vector<std::uint32_t> next = counts(goal_mse, scale);
+  for (;;) {
     splat_to(next, run);
     mse = measured_mse(film);
-    const std::vector<std::uint32_t> more = counts(goal_mse, 2.0 * scale);
-    if (mse <= goal_mse || more == next || points_of(more) > most_points) break;
+    if (mse <= goal_mse) break;
+    // Emitters at the fewest points may need several doublings of their wishes to get more.
+    std::vector<std::uint32_t> more = next;
+    while (more == next) more = counts(goal_mse, scale *= 2.0);
+    if (points_of(more) > most_points) break;
+    next = std::move(more);
   }
   growing_.clear();
   resting_.clear();

@@ -115,6 +115,15 @@ TEST(SplattedLight, WhatLampsHideConvergesToo) {
   }
 }
 
+// All lamps alike start at the fewest points and need several doublings of what they wish for
+// before they get more.
+TEST(SplattedLight, LampsAtTheFewestPointsGetMore) {
+  const Lamps lamps(
+      {{{0.0, 0.0, -5.0}, 800.0F}, {{0.03, 0.02, -5.0}, 800.0F}, {{-0.03, 0.0, -5.0}, 800.0F}});
+  EXPECT_LE(mse_between(splatted(lamps, 2e-3, 1e7)), 2e-3);
+  EXPECT_LE(mse_between(splatted(lamps, 2e-5, 1e7)), 2e-5);
+}
+
 TEST(SplattedLight, PointsEndAtTheMostAllowed) {
   const Lamps lamps({{{0.0, 0.0, -5.0}, 40.0F}});
   std::uint64_t rays = 0;

@@ -90,6 +90,19 @@ class TracedPicture {
     return counts;
   }
 
+  /// At least `count` for blocks that show mirrors, glass or textures fixed to the picture.
+  BlockCounts where_sharp(std::uint32_t count) const {
+    BlockCounts counts;
+    for (int r = 0; r < kReplicates; ++r) {
+      std::vector<std::uint32_t>& all = counts[static_cast<std::size_t>(r)];
+      for (std::size_t block = 0; block < film_.grid().count(); ++block) {
+        const std::uint32_t now = film_.samples(r, block);
+        all.push_back(film_.least_defocus(block) > 0.0F ? now : std::max(now, count));
+      }
+    }
+    return counts;
+  }
+
   double progress() const { return progress_; }
   void report(double fraction) {
     if (!run_.progress) return;

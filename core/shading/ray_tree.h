@@ -30,8 +30,8 @@ BranchBound branch_bound(const std::vector<Material>& materials,
                          Illumination illumination = Illumination::recursive,
                          double brightest = 1.0);
 
-/// Pixel value of the brightest thing that shines by itself, emitting surfaces and background, and
-/// of white, which stands for all that is lit; `exposure` is the factor from radiance.
+/// Pixel value of the brightest thing that shines by itself, emitting surfaces and background, at
+/// least white; `exposure` is the factor from radiance. What is lit may be brighter.
 float brightest_value(const RayScene& scene, double exposure) noexcept;
 
 /// Radiance along every valid lane of a traced packet: local light plus mirrored, refracted and
