@@ -17,18 +17,19 @@ namespace {
 
 // Balls at 5 m before nothing, seen by a lens focused at 2 m: discs of 54 px.
 struct Lamps {
-  explicit Lamps(std::vector<std::pair<Vec3, float>> lamps, float wall = 0.0F) {
+  explicit Lamps(std::vector<std::pair<Vec3, float>> lamps, float wall = 0.0F,
+                 double radius = 0.004, double f_number = 2.0, double pitch_um = 37.5) {
     Scene scene;
     scene.background = {wall, wall, wall};
     for (const auto& [center, value] : lamps) {
-      scene.objects.push_back({.shape = SphereObject{.center = center, .radius = 0.004},
+      scene.objects.push_back({.shape = SphereObject{.center = center, .radius = radius},
                                .material = static_cast<int>(scene.materials.size())});
       scene.materials.push_back({.emission = {.value = {value, value, value}}});
     }
     ray_scene.emplace(scene);
     spec.optics =
-        LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = 2.0}, .focus_distance = 2.0_m};
-    spec.sensor_width = spec.sensor_height = Length::si(37.5e-6 * kSide);
+        LensSpec{.lens = {.focal_length = 50.0_mm, .f_number = f_number}, .focus_distance = 2.0_m};
+    spec.sensor_width = spec.sensor_height = Length::si(1e-6 * pitch_um * kSide);
     sensor = sensor_of(spec, kSide, kSide);
     camera.emplace(camera_of(spec, sensor));
   }
@@ -115,13 +116,13 @@ TEST(SplattedLight, WhatLampsHideConvergesToo) {
   }
 }
 
-// All lamps alike start at the fewest points and need several doublings of what they wish for
-// before they get more.
+// Lamps whose discs are a few pixels wide start at the fewest points, and their wishes double
+// several times before they get more.
 TEST(SplattedLight, LampsAtTheFewestPointsGetMore) {
   const Lamps lamps(
-      {{{0.0, 0.0, -5.0}, 800.0F}, {{0.03, 0.02, -5.0}, 800.0F}, {{-0.03, 0.0, -5.0}, 800.0F}});
-  EXPECT_LE(mse_between(splatted(lamps, 2e-3, 1e7)), 2e-3);
-  EXPECT_LE(mse_between(splatted(lamps, 2e-5, 1e7)), 2e-5);
+      {{{0.03, 0.0, -8.0}, 800.0F}, {{0.25, 0.2, -8.0}, 800.0F}, {{-0.2, 0.0, -8.0}, 800.0F}}, 0.0F,
+      0.02, 1.4, 300.0);
+  for (const double goal : {2e-5, 1e-6}) EXPECT_LE(mse_between(splatted(lamps, goal, 1e8)), goal);
 }
 
 TEST(SplattedLight, PointsEndAtTheMostAllowed) {
