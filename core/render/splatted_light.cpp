@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kFewestPoints = 256;
 constexpr std::uint32_t kMostPoints = 1U << 30;
+constexpr double kLargestScale = 1e30;
 
 // A pixel of a disc shows at most this much more than white before its noise stops mattering.
 constexpr double kVisibleLight = 2.0;
@@ -121,8 +122,8 @@ double SplattedLight::splat(double goal_mse, double most_points, ReplicateFilm& 
     if (mse <= goal_mse) break;
     // Emitters at the fewest points may need several doublings of their wishes to get more.
     std::vector<std::uint32_t> more = next;
-    while (more == next) more = counts(goal_mse, scale *= 2.0);
-    if (points_of(more) > most_points) break;
+    while (more == next && scale < kLargestScale) more = counts(goal_mse, scale *= 2.0);
+    if (more == next || points_of(more) > most_points) break;
     next = std::move(more);
   }
   growing_.clear();
