@@ -103,7 +103,7 @@ class EmitterSplatter {
     if (!any) return;
     RayPacket without;
     aim(splats, without);
-    // By chance: every so-manieth packet of a net would see the same slivers of the pupil for ever.
+    // By chance: every n-th packet of a net would see the same slivers of the pupil for ever.
     const bool looks = hash_of(looks_key_, keys.index[0] / kLanes) % behind_every_ == 0;
     if (!looks) {
       find_hidden(without, splats, chunk);
