@@ -33,6 +33,20 @@ describe("side view", { timeout: 600_000 }, () => {
   const handle = (part) => shared.page.locator(`fstop-side-view .handle.${part} .hit`);
   const slider = (name) => shared.page.getByRole("slider", { name });
 
+  /// Drags the focused plane onto the subject, which is at 1 m; where the focus is then.
+  async function focus_dragged_to_subject() {
+    const { page } = shared;
+    const plane = await middle(handle("focus"));
+    const subject = await middle(handle("subject"));
+    await drag(page, plane, { x: subject.x, y: plane.y });
+    const focus_m = await eventually(
+      async () => Number(await page.getByRole("textbox", { name: /Focus distance/ }).inputValue()),
+      (value) => value < 1.9,
+    );
+    assert.ok(Math.abs(focus_m - 1) < 0.02, `${focus_m} m`);
+    return focus_m;
+  }
+
   it("draws the blur disc on the sensor to the scale that it states", async () => {
     const { page } = shared;
     await open(shared, kDraft);
@@ -81,14 +95,7 @@ describe("side view", { timeout: 600_000 }, () => {
     const { page } = shared;
     await open(shared, kDraft);
     const before = await pixels_of(await finished(page, "focused at 2 m"));
-    const plane = await middle(handle("focus"));
-    const subject = await middle(handle("subject")); // at 1 m
-    await drag(page, plane, { x: subject.x, y: plane.y });
-    const focus_m = await eventually(
-      async () => Number(await page.getByRole("textbox", { name: /Focus distance/ }).inputValue()),
-      (value) => value < 1.9,
-    );
-    assert.ok(Math.abs(focus_m - 1) < 0.02, `${focus_m} m`);
+    const focus_m = await focus_dragged_to_subject();
     const after = await pixels_of(await finished(page, `focused at ${focus_m} m`));
     assert.ok(mean_difference(before, after) > 1);
     // The subject is in focus now: its disc is gone.
@@ -114,14 +121,7 @@ describe("side view", { timeout: 600_000 }, () => {
     const { page } = shared;
     await page.setViewportSize({ width: 3840, height: 2160 });
     await open(shared, kDraft);
-    const plane = await middle(handle("focus"));
-    const subject = await middle(handle("subject")); // at 1 m
-    await drag(page, plane, { x: subject.x, y: plane.y });
-    const focus_m = await eventually(
-      async () => Number(await page.getByRole("textbox", { name: /Focus distance/ }).inputValue()),
-      (value) => value < 1.9,
-    );
-    assert.ok(Math.abs(focus_m - 1) < 0.02, `${focus_m} m`);
+    await focus_dragged_to_subject();
     // What is behind the lens is drawn to the scale that is told.
     const text = await page.locator("fstop-side-view .note").innerText();
     const [, times] = /Behind the lens ([\d.]+) : 1/.exec(text);
