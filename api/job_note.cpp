@@ -14,7 +14,8 @@ using Milliseconds = std::chrono::milliseconds;
 }  // namespace
 
 std::string job_note_json(const JobNote& note) {
-  json value = {{"render", note.render},
+  json value = {{"turn", note.turn},
+                {"render", note.render},
                 {"format", note.format},
                 {"client", note.client},
                 {"body", note.body},
@@ -30,6 +31,7 @@ std::string job_note_json(const JobNote& note) {
 JobNote parsed_job_note(std::string job, std::string_view text) {
   const json value = json::parse(text);
   JobNote note{.job = std::move(job),
+               .turn = value.at("turn"),
                .render = value.at("render"),
                .format = value.at("format"),
                .client = value.at("client"),

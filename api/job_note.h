@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@ namespace fstop::api {
 /// What an accepted job needs to be begun anew.
 struct JobNote {
   std::string job = {};     // its name: lower case hexadecimal digits
+  std::uint64_t turn = 0;   // grows in the order of acceptance
   std::string render = {};  // content hash
   std::string format = {};  // of the picture, by name
   std::string client = {};

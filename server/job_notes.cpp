@@ -5,7 +5,6 @@
 #include <iterator>
 #include <system_error>
 #include <unistd.h>
-#include <utility>
 
 #include "server/commands.h"
 #include "server/content_folder.h"
@@ -35,24 +34,23 @@ void JobNotes::forget(const std::string& job) const noexcept {
   if (are_kept()) ::unlink((folder_ / job).c_str());
 }
 
-std::vector<api::JobNote> JobNotes::all() const {
-  std::vector<std::pair<fs::file_time_type, api::JobNote>> found;
+std::vector<api::JobNote> JobNotes::all() {
+  std::vector<api::JobNote> notes;
   std::error_code none;
-  if (!are_kept()) return {};
+  if (!are_kept()) return notes;
   for (const auto& entry : fs::directory_iterator(folder_, none)) {
     const std::string name = entry.path().filename().string();
     if (!is_name(name) || !entry.is_regular_file(none)) continue;
     try {
       std::ifstream stream(entry.path(), std::ios::binary);
       const std::string text((std::istreambuf_iterator<char>(stream)), {});
-      found.emplace_back(entry.last_write_time(), api::parsed_job_note(name, text));
+      notes.push_back(api::parsed_job_note(name, text));
     } catch (const std::exception& exception) {
       log_.warning("job_note_left", {{"job", name.substr(0, 8)}, {"why", exception.what()}});
     }
   }
-  std::ranges::stable_sort(found, {}, [](const auto& entry) { return entry.first; });
-  std::vector<api::JobNote> notes;
-  for (auto& [written, note] : found) notes.push_back(std::move(note));
+  std::ranges::sort(notes, {}, &api::JobNote::turn);
+  if (!notes.empty()) turn_ = std::max(turn_.load(), notes.back().turn);
   return notes;
 }
 

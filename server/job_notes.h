@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -19,15 +21,19 @@ class JobNotes {
   JobNotes(std::filesystem::path folder, Log& log);
 
   bool are_kept() const noexcept { return !folder_.empty(); }
+  /// The turn of a job that is accepted now: above those of all() and of all before.
+  std::uint64_t next_turn() noexcept { return ++turn_; }
   /// Returns once the note lies on the disk. Throws: as the constructor.
   void write(const api::JobNote& note) const;
   void forget(const std::string& job) const noexcept;
-  /// What is there, the oldest first. A file that is no note is told in the log and left alone.
-  std::vector<api::JobNote> all() const;
+  /// What is there, in the order of their turns. A file that is no note is told in the log and left
+  /// alone.
+  std::vector<api::JobNote> all();
 
  private:
   std::filesystem::path folder_;
   Log& log_;
+  std::atomic<std::uint64_t> turn_ = 0;  // the last one given
 };
 
 }  // namespace fstop::server

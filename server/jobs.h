@@ -46,6 +46,7 @@ struct Job {
   std::string life = {};  // of this object: a restored job counts its events anew
   JobOrder order = {};
   State state = State::active;
+  bool is_noted = true;  // false: its note is being written, and nobody may be told of it yet
   // While active, but for one of a former process that waits to be begun anew.
   std::optional<RenderQueue::Ticket> ticket = {};
   Progress::State last = {};                  // what was told when it ended

@@ -29,6 +29,8 @@ using asio::experimental::awaitable_operators::operator||;
 constexpr int kPreparedPerPlace = 8;
 
 constexpr auto kAskAgain = std::chrono::milliseconds(500);
+constexpr auto kUntilNoted =
+    std::chrono::milliseconds(1);  // between looks whether a note lies on the disk
 
 // The id says all that the bytes depend on, so they never change.
 constexpr const char* kUnchanging = "private, max-age=31536000, immutable";
@@ -167,6 +169,8 @@ asio::awaitable<Reply> RenderCalls::create(Call& call) {
           ? nullptr
           : services_.jobs.repeated(call.client.peer() + ' ' + wishes.idempotency_key,
                                     prepared.fingerprint);
+  while (earlier && !earlier->is_noted && earlier->state == Job::State::active)
+    co_await sleep_until(Clock::now() + kUntilNoted);
   if (earlier && earlier->state == Job::State::active) co_return accepted_reply(*earlier, wishes);
   std::shared_ptr<StoredRender> render = prepared.there;
   if (!render && earlier) render = earlier->result;
@@ -230,7 +234,8 @@ asio::awaitable<Reply> RenderCalls::promoted(Call& call, const Prepared& prepare
                  .format = prepared.task.format,
                  .precision = prepared.task.request->precision,
                  .max_error = error_that_ends(prepared.task)};
-  api::JobNote note{.render = order.render,
+  api::JobNote note{.turn = services_.notes.next_turn(),
+                    .render = order.render,
                     .format = std::string(format_name(order.format)),
                     .client = call.client.peer(),
                     .body = call.request.body};
@@ -248,12 +253,14 @@ asio::awaitable<Reply> RenderCalls::promoted(Call& call, const Prepared& prepare
     services_.jobs.remember(note.idempotency_key, note.fingerprint, job->name);
   }
   if (services_.notes.are_kept()) {
+    job->is_noted = false;
     std::exception_ptr failure;
     try {
       co_await services_.readers.run([this, &note] { services_.notes.write(note); });
     } catch (...) {
       failure = std::current_exception();
     }
+    job->is_noted = true;
     if (failure) {
       services_.jobs.withdraw(job);
       std::rethrow_exception(failure);
