@@ -147,22 +147,30 @@ void report_carried_light(const RenderOutcome& outcome, const ShotFacts& facts,
 
 // Images of bright things in mirrors and glass may be as small as they like. By the rule of three
 // those that no sample met fill, weighed by the samples of each pixel, less than 3 samples; a pixel
-// turns white where one in L of its points shows what is L times white: 3 L/n of them at most.
-void report_unseen_highlights(const Shot& shot, const ShotFacts& facts,
-                              const RenderOutcome& outcome, RenderReport& report) {
+// turns white where one in L of its points shows what is L times white, as the strongest mirror
+// shows the brightest thing: 3 L/n of them at most.
+double unseen_highlights_rmse(const Shot& shot, const ShotFacts& facts,
+                              const RenderOutcome& outcome) {
   const bool shows_others = facts.mirrors && shot.illumination != Illumination::local;
-  if (!shows_others || !(facts.brightest > 1.0) || !(facts.mirror_share > 0.0)) return;
+  if (!shows_others || shot.scene == nullptr) return 0.0;
+  double strongest = 0.0;
+  for (const Material& m : shot.scene->scene().materials)
+    strongest = std::max({strongest, m.reflection, m.transmission});
+  const double shown = strongest * facts.brightest;
+  if (!(shown > 1.0)) return 0.0;
   const double samples = std::max(1.0, outcome.samples_mean * facts.pixel_count);
+  return std::sqrt(std::min(facts.mirror_share, 3.0 * shown / samples));
+}
+
+void report_unseen_highlights(double rmse, const ShotFacts& facts, RenderReport& report) {
+  if (!(rmse > 0.0)) return;
   char why[160];
   std::snprintf(why, sizeof why,
                 "images in mirrors and glass of what is up to %.3g times white, if no sample met "
-                "any: at 95 %%; beside the estimate and its bound",
+                "any: at 95 %%; part of the bound",
                 facts.brightest);
   report.model.push_back(
-      {.effect = "highlights that no sample saw",
-       .modelled = false,
-       .bound = std::sqrt(std::min(facts.mirror_share, 3.0 * facts.brightest / samples)),
-       .why = why});
+      {.effect = "highlights that no sample saw", .modelled = false, .bound = rmse, .why = why});
 }
 
 // The finished image's error: noise and what was left out add in squares, since noise is as
@@ -307,8 +315,9 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
                      ? std::to_string(facts.emitters_splatted) + " traced through the pupil"
                      : std::string("left to samples, which may miss them"))});
   }
+  const double highlights = unseen_highlights_rmse(shot, facts, outcome);
   const double unseen =
-      std::hypot(unseen_emitters_rmse(facts), mirrored_caustics_rmse(outcome, facts));
+      std::hypot(unseen_emitters_rmse(facts), mirrored_caustics_rmse(outcome, facts), highlights);
   if (outcome.carried_paths > 0) report_carried_light(outcome, facts, report);
   if (unseen_emitters_rmse(facts) > 0.0) {
     report.model.push_back({.effect = "small emitters in mirrors and glass",
@@ -324,7 +333,7 @@ Photograph photographed(const SimulationSpec& spec, const RayScene& scene, const
                           .bound = std::sqrt(3.0 / rays),
                           .why = "its share of ray space is below 3 in " +
                                  std::to_string(outcome.rays) + " at 95 %; beside the estimate"});
-  report_unseen_highlights(shot, facts, outcome, report);
+  report_unseen_highlights(highlights, facts, report);
   if (const auto map = photograph.layers.find(Output::variance); map != photograph.layers.end()) {
     for (float& square : map->second.pixels()) square += static_cast<float>(bias * bias);
   }
