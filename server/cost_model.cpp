@@ -1,21 +1,23 @@
 #include "server/cost_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstddef>
 #include <deque>
 #include <mutex>
-#include <unordered_map>
-#include <variant>
+#include <span>
+#include <vector>
 
-#include "server/regression.h"
+#include "server/gaussian_process.h"
+#include "server/measured_costs.h"
 
 namespace fstop::server {
 namespace {
 
-constexpr std::size_t kMostGroups = 4096;
-constexpr std::size_t kRemembered = 64;  // renders of a group
-constexpr double kFewestChosen = 4.0;    // samples of a pixel, whatever error is asked for
+constexpr std::size_t kRemembered = 1024;  // renders of this server
+constexpr std::size_t kNearest = 64;       // renders that a prediction is made from
+constexpr double kFewestChosen = 4.0;      // samples of a pixel, whatever error is asked for
+constexpr double kLogFewest = 1.386;
 // Resident memory at 2400 x 1600 over that at 600 x 400, measured: 341 bytes a pixel for `wave`,
 // which `auto` may choose, at most 150 for the others; 380 MiB once for a bundled scene and its
 // planning.
@@ -23,183 +25,172 @@ constexpr double kBytesPerPixelOfWaves = 350.0;
 constexpr double kBytesPerPixel = 150.0;
 constexpr double kBytesOnce = 384.0 * (1 << 20);
 
-// Logarithms, about a usual request: pixels, error, working f-number; diffraction in pixels.
-struct Features {
-  double pixels = 0.0;
-  double error = 0.0;
-  double f_number = 0.0;
-  double diffraction = 0.0;
-  double samples = 0.0;  // where they are forced
-  bool is_forced = false;
+double bytes_of_waves(const SimulationSpec& spec, double log_diffraction_px) {
+  const double pixels = static_cast<double>(spec.width) * spec.height;
+  return std::max(kBytesPerPixelOfWaves * pixels,
+                  transform_bytes(std::exp(log_diffraction_px), spec.width, spec.height));
+}
+
+double square(double x) { return x * x; }
+
+// The figures below are those that told 1900 renders of the bundled scenes best, each from the ones
+// before it and the measured ones; a third more or less changes little.
+
+// First guesses, in logarithms: samples of a pixel, and nanoseconds of one.
+double guessed_samples(const CostFeatures& f) {
+  if (f.is_forced) return f.samples + std::log(8.0);
+  return std::max(kLogFewest, 3.4 - 1.45 * f.error - 0.25 * f.pixels - 0.05 * f.f_number);
+}
+double guessed_time(const CostFeatures& f, bool is_wave) {
+  if (!is_wave) return 5.9 + 0.88 * std::log(std::exp(guessed_samples(f)) + 3.0) - 0.27 * f.pixels;
+  const double forced = f.is_forced ? f.samples - std::log(4.0) : 0.0;
+  return 8.0 + 0.4 * forced + 0.6 * f.transform - 0.15 * f.pixels;
+}
+
+// Whether waves are chosen: 1 for sure, -1 surely not.
+double guessed_waves(const CostFeatures& f) {
+  const double enough = f.is_pinhole ? -1.0 : -0.8;
+  return std::tanh(10.0 * (f.diffraction + 0.35 * f.error - enough));
+}
+
+// How much of what one kind of request shows holds of another kind.
+double alike(const CostFeatures& a, const CostFeatures& b) { return a.kind == b.kind ? 1.0 : 0.5; }
+
+// Covariances of what two renders differ by from the first guesses.
+double time_covariance(const CostFeatures& a, const CostFeatures& b, bool is_wave) {
+  const double far = square((a.pixels - b.pixels) / 4.5) + square((a.error - b.error) / 1.5) +
+                     square((a.f_number - b.f_number) / 1.7) + square((a.blur - b.blur) / 2.9) +
+                     (is_wave ? square((a.transform - b.transform) / 0.7) : 0.0);
+  const bool same_scene = a.scene == b.scene;
+  const bool same_quality = a.is_forced == b.is_forced;
+  double covariance =
+      0.81 * (same_quality ? 1.0 : 0.7) * (same_scene ? 1.0 : 0.85) * std::exp(-0.5 * far);
+  if (same_scene)
+    covariance +=
+        (same_quality ? 4.0 : 3.8) + 0.03 * a.samples * b.samples + 0.02 * a.error * b.error;
+  return alike(a, b) * covariance;
+}
+constexpr double kTimeNoise = 0.11;  // variances
+
+double choice_covariance(const CostFeatures& a, const CostFeatures& b) {
+  if (a.is_pinhole != b.is_pinhole) return 0.0;
+  const double far = square((a.error - b.error) / 0.85) + square((a.f_number - b.f_number) / 0.4) +
+                     square((a.pixels - b.pixels) / 1.25);
+  return 0.72 * alike(a, b) * (a.scene == b.scene ? 1.0 : 0.65) * std::exp(-0.5 * far);
+}
+constexpr double kChoiceNoise = 0.12;
+
+struct Known {
+  CostObservation render = {};
+  bool is_own = true;  // made by this server
 };
 
-double pixels_of(const SimulationSpec& spec) {
-  return static_cast<double>(spec.width) * static_cast<double>(spec.height);
-}
-
-double bytes_of_waves(const SimulationSpec& spec, double diffraction_px) {
-  return std::max(kBytesPerPixelOfWaves * pixels_of(spec),
-                  transform_bytes(diffraction_px, spec.width, spec.height));
-}
-
-Features features_of(const SimulationSpec& spec) {
-  const QualitySpec& quality = spec.quality;
-  const double f_number = std::max(working_f_number(spec.camera), 1e-3);
-  const double pitch_m = spec.camera.sensor_width.si() / spec.width;
-  return {.pixels = std::log(pixels_of(spec) / 4e4),
-          .error = std::log(std::max(quality.max_error, 1e-6) / 0.01),
-          .f_number = std::log(f_number / 4.0),
-          .diffraction = std::log(spec.camera.wavelength.si() * f_number / pitch_m),
-          .samples = quality.samples ? std::log(static_cast<double>(*quality.samples)) : 0.0,
-          .is_forced = quality.samples.has_value()};
-}
-
-// Square of the distance between requests, in units within which their costs are alike.
-double distance(const Features& a, const Features& b) {
-  if (a.is_forced != b.is_forced) return 16.0;
-  const double quality = a.is_forced ? a.samples - b.samples : a.error - b.error;
-  const double pixels = (a.pixels - b.pixels) / 1.5;
-  const double f_number = (a.f_number - b.f_number) / 1.5;
-  return quality * quality + pixels * pixels + f_number * f_number;
-}
-
-// The same for their methods, which forced samples do not change.
-double planning_distance(const Features& a, const Features& b) {
-  const double diffraction = (a.diffraction - b.diffraction) / 0.4;
-  const double f_number = (a.f_number - b.f_number) / 0.6;
-  const double error = (a.error - b.error) / 1.5;
-  return diffraction * diffraction + f_number * f_number + error * error;
-}
-
-// Logarithm of the samples that an error takes.
-using SampleModel = Regression<4>;
-SampleModel::Vector sample_terms(const Features& f) { return {1.0, f.error, f.pixels, f.f_number}; }
-
-// Logarithm of nanoseconds a pixel.
-using TimeModel = Regression<4>;
-TimeModel::Vector time_terms(const Features& f, double samples, bool is_wave) {
-  // Waves are made of planes of spectra: samples count where they are forced. Else a pixel's own
-  // cost is that of some samples; in small pictures rays lie farther apart and cost more.
-  const double forced = f.is_forced ? f.samples - std::log(32.0) : 0.0;
-  return {1.0, is_wave ? forced : std::log(samples + 3.0), f.pixels, f.f_number};
-}
-
-// Of the bundled scenes, on one core at 2.6 GHz.
-SampleModel first_samples() { return {{3.4, -1.45, -0.25, -0.05}, {1.0, 0.2, 0.15, 0.15}}; }
-TimeModel first_times(bool is_wave) {
-  return is_wave ? TimeModel({9.4, 0.4, -0.3, 0.3}, {0.7, 0.3, 0.2, 0.2})
-                 : TimeModel({5.9, 0.88, -0.27, 0.0}, {1.0, 0.15, 0.1, 0.05});
-}
-constexpr double kSampleNoise = 0.4;  // of logarithms
-constexpr double kTimeNoise = 0.3;
-constexpr int kEnoughElsewhere = 10;  // renders, to be believed of other scenes
-
-/// What was learnt of some renders that are alike.
-struct Models {
-  std::array<SampleModel, 2> samples = {first_samples(), first_samples()};  // by is_wave
-  std::array<TimeModel, 2> times = {first_times(false), first_times(true)};
-
-  double chosen_samples(const Features& f, bool is_wave) const {
-    return std::max(kFewestChosen, std::exp(samples[is_wave].predicted(sample_terms(f))));
-  }
-};
-
-struct Group {
-  struct Render {
-    Features features = {};
-    bool is_wave = false;
-    double left = 0.0;  // of the logarithm of its time, that the models do not tell
+// What is expected at `asked` beyond the first guess, from those of `known` that `counts` and that
+// correlate most with it; of equals the newest.
+template <typename Counts, typename Covariance, typename Beyond>
+double expected_beyond(const std::deque<Known>& known, const CostFeatures& asked, double noise,
+                       const Counts& counts, const Covariance& covariance, const Beyond& beyond) {
+  struct Near {
+    const Known* known = nullptr;
+    double covariance = 0.0;
+    std::size_t age = 0;
   };
-  Models models = {};
-  std::deque<Render> renders = {};
-};
-
-bool is_pinhole(const SimulationSpec& spec) {
-  return std::holds_alternative<PinholeSpec>(spec.camera.optics);
-}
-
-// Renders of one kind choose among the same methods.
-std::string kind_of(const SimulationSpec& spec) {
-  std::string kind = spec.quality.method + (is_pinhole(spec) ? "/pinhole" : "/lens");
-  for (const EffectChoice effect :
-       {spec.effects.defocus, spec.effects.diffraction, spec.effects.motion})
-    kind += static_cast<char>('0' + static_cast<int>(effect));
-  kind += static_cast<char>('0' + static_cast<int>(spec.illumination));
-  const bool is_twice = std::ranges::count(spec.outputs, Output::all_in_focus) > 0;
-  const bool has_alpha = std::ranges::count(spec.outputs, Output::alpha) > 0;
-  return kind + (is_twice ? "+" : "") + (has_alpha ? "a" : "");
-}
-
-// What the group does not know yet it believes of what others of the kind have shown.
-void believe(Models& models, const Models& elsewhere) {
-  for (const bool is_wave : {false, true}) {
-    const SampleModel& samples = elsewhere.samples[is_wave];
-    if (samples.count() >= kEnoughElsewhere)
-      models.samples[is_wave] = SampleModel(samples.weights(), {1.0, 0.2, 0.15, 0.15});
-    const TimeModel& times = elsewhere.times[is_wave];
-    if (times.count() >= kEnoughElsewhere)
-      models.times[is_wave] = TimeModel(times.weights(), {0.7, 0.15, 0.1, 0.1});
+  std::vector<Near> near;
+  near.reserve(known.size());
+  for (auto one = known.rbegin(); one != known.rend(); ++one) {
+    if (!counts(*one)) continue;
+    const double with = covariance(one->render.asked, asked);
+    if (with > 0.0) near.push_back({&*one, with, near.size()});
   }
-}
-
-// As the nearest render of the group. Far from all of them: pinholes are left to waves where
-// diffraction spans pixels (of the bundled scenes: from about a quarter of one), lenses are not.
-bool is_wave(const SimulationSpec& spec, const Features& f, const Group& group) {
-  if (spec.quality.method != "auto") return spec.quality.method == "wave";
-  constexpr double kNear = 4.0;
-  const double reach = f.diffraction + 0.3 * f.f_number - 0.3 * f.error;
-  bool answer =
-      is_pinhole(spec) && spec.effects.diffraction != EffectChoice::off && reach > std::log(0.55);
-  double nearest = kNear;
-  for (const Group::Render& render : group.renders) {
-    const double far = planning_distance(f, render.features);
-    if (far > nearest) continue;
-    nearest = far;
-    answer = render.is_wave;
+  const std::size_t n = std::min(kNearest, near.size());
+  const auto comes_first = [](const Near& a, const Near& b) {
+    return a.covariance != b.covariance ? a.covariance > b.covariance : a.age < b.age;
+  };
+  std::ranges::partial_sort(near, near.begin() + static_cast<std::ptrdiff_t>(n), comes_first);
+  std::vector<double> observed(n);
+  std::vector<double> with(n);
+  std::vector<double> between(n * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    observed[i] = beyond(*near[i].known);
+    with[i] = near[i].covariance;
+    for (std::size_t j = 0; j < n; ++j)
+      between[i * n + j] = covariance(near[i].known->render.asked, near[j].known->render.asked);
+    between[i * n + i] += noise;
   }
-  return answer;
-}
-
-// What the models have not told of renders near this one.
-double left_nearby(const Features& f, bool is_wave, const Group& group) {
-  double sum = 0.0;
-  double weights = 0.5;  // for nothing left
-  for (const Group::Render& render : group.renders) {
-    if (render.is_wave != is_wave) continue;
-    const double weight = std::exp(-distance(f, render.features));
-    sum += weight * render.left;
-    weights += weight;
-  }
-  return sum / weights;
-}
-
-void teach(Models& models, const Features& f, bool is_wave, const CostModel::Done& done,
-           double log_time, bool chose_samples) {
-  // Where the fewest are enough, the error would have taken fewer.
-  const bool is_telling = done.samples_mean > 1.01 * kFewestChosen ||
-                          models.chosen_samples(f, is_wave) > 1.01 * kFewestChosen;
-  if (chose_samples && is_telling)
-    models.samples[is_wave].learn(sample_terms(f), std::log(done.samples_mean), kSampleNoise);
-  models.times[is_wave].learn(time_terms(f, done.samples_mean, is_wave), log_time, kTimeNoise);
+  return conditional_mean(observed, between, with);
 }
 
 }  // namespace
 
 struct CostModel::Memory {
-  // The group's, or what a new one would begin with. With the mutex held.
-  Group recalled(const std::string& kind, const std::string& scene_hash) const {
-    if (const auto known = groups.find(scene_hash + '/' + kind); known != groups.end())
-      return known->second;
-    Group fresh;
-    if (const auto others = kinds.find(kind); others != kinds.end())
-      believe(fresh.models, others->second);
-    return fresh;
+  Memory() {
+    for (const CostObservation& render : measured_costs()) known.push_back({render, false});
+  }
+
+  // Logarithm of a pixel's time over that on the processor of the measured ones.
+  double slowness() const { return slowness_sum / (slowness_count + 2.0); }
+
+  bool is_wave(const SimulationSpec& spec, const CostFeatures& asked) const {
+    if (spec.quality.method != "auto") return spec.quality.method == "wave";
+    if (spec.effects.diffraction == EffectChoice::off) return false;
+    const double beyond = expected_beyond(
+        known, asked, kChoiceNoise, [](const Known&) { return true; }, choice_covariance,
+        [](const Known& one) {
+          return (one.render.is_wave ? 1.0 : -1.0) - guessed_waves(one.render.asked);
+        });
+    return guessed_waves(asked) + beyond > 0.0;
+  }
+
+  double log_samples(const CostFeatures& asked, bool is_wave) const {
+    if (asked.is_forced) return guessed_samples(asked);
+    const double beyond = expected_beyond(
+        known, asked, kTimeNoise,
+        [&](const Known& one) {
+          return one.render.is_wave == is_wave && !one.render.asked.is_forced;
+        },
+        [&](const auto& a, const auto& b) { return time_covariance(a, b, is_wave); },
+        [](const Known& one) {
+          return one.render.log_samples - guessed_samples(one.render.asked);
+        });
+    return std::max(kLogFewest, guessed_samples(asked) + beyond);
+  }
+
+  // On this processor; without own renders on that of the measured ones.
+  double log_time(const CostFeatures& asked, bool is_wave, bool with_own) const {
+    const double slower = with_own ? slowness() : 0.0;
+    const double beyond = expected_beyond(
+        known, asked, kTimeNoise,
+        [&](const Known& one) {
+          return one.render.is_wave == is_wave && (with_own || !one.is_own);
+        },
+        [&](const auto& a, const auto& b) { return time_covariance(a, b, is_wave); },
+        [&](const Known& one) {
+          return one.render.log_nanoseconds - guessed_time(one.render.asked, is_wave) +
+                 (one.is_own ? 0.0 : slower);
+        });
+    return guessed_time(asked, is_wave) + beyond;
+  }
+
+  void learn(const CostObservation& done) {
+    const std::span<const CostObservation> measured = measured_costs();
+    const auto is_alike = [&](const CostObservation& one) {
+      return one.asked.scene == done.asked.scene && one.asked.kind == done.asked.kind;
+    };
+    if (std::ranges::any_of(measured, is_alike)) {
+      constexpr double kMost = 2.0;  // of one render: a chance, no processor
+      const double told = log_time(done.asked, done.is_wave, false);
+      slowness_sum += std::clamp(done.log_nanoseconds - told, -kMost, kMost);
+      slowness_count += 1.0;
+    }
+    known.push_back({done});
+    if (known.size() > measured.size() + kRemembered)
+      known.erase(known.begin() + static_cast<std::ptrdiff_t>(measured.size()));
   }
 
   std::mutex mutex = {};
-  std::unordered_map<std::string, Group> groups = {};  // by scene and kind
-  std::deque<std::string> order = {};                  // their keys, oldest first
-  std::unordered_map<std::string, Models> kinds = {};  // of all scenes
+  std::deque<Known> known = {};  // the measured ones, then this server's, the oldest first
+  double slowness_sum = 0.0;
+  double slowness_count = 0.0;
 };
 
 CostModel::CostModel(int threads) : threads_(threads), memory_(std::make_unique<Memory>()) {}
@@ -207,21 +198,21 @@ CostModel::~CostModel() = default;
 
 api::CostPrediction CostModel::predict(const SimulationSpec& spec,
                                        const std::string& scene_hash) const {
-  Group group;
+  const double pixels = static_cast<double>(spec.width) * spec.height;
+  const QualitySpec& quality = spec.quality;
+  const CostFeatures asked = cost_features(spec, scene_hash);
+  double samples = 0.0;
+  double log_ns = 0.0;
   {
     const std::lock_guard lock(memory_->mutex);
-    group = memory_->recalled(kind_of(spec), scene_hash);
+    const bool is_wave = memory_->is_wave(spec, asked);
+    samples = std::exp(memory_->log_samples(asked, is_wave));
+    log_ns = memory_->log_time(asked, is_wave, true);
   }
-  const double pixels = pixels_of(spec);
-  const QualitySpec& quality = spec.quality;
-  const Features f = features_of(spec);
-  const bool wave = is_wave(spec, f, group);
-  const double samples =
-      quality.samples ? static_cast<double>(*quality.samples)
-                      : std::min(group.models.chosen_samples(f, wave),
-                                 std::max(1.0, static_cast<double>(quality.most_samples) / pixels));
-  const double log_ns = group.models.times[wave].predicted(time_terms(f, samples, wave)) +
-                        left_nearby(f, wave, group);
+  samples =
+      quality.samples
+          ? static_cast<double>(*quality.samples)
+          : std::min(samples, std::max(1.0, static_cast<double>(quality.most_samples) / pixels));
   api::CostPrediction cost;
   cost.samples = pixels * samples;
   cost.cpu_s = 1e-9 * pixels * std::exp(log_ns);
@@ -229,36 +220,28 @@ api::CostPrediction CostModel::predict(const SimulationSpec& spec,
     cost.cpu_s = std::min(cost.cpu_s, 1e-3 * *quality.max_time_ms * threads_);
   cost.wall_s = cost.cpu_s / threads_;
   const bool may_be_waves = quality.method == "auto" || quality.method == "wave";
-  cost.memory_bytes = kBytesOnce + (may_be_waves ? bytes_of_waves(spec, std::exp(f.diffraction))
+  cost.memory_bytes = kBytesOnce + (may_be_waves ? bytes_of_waves(spec, asked.diffraction)
                                                  : kBytesPerPixel * pixels);
   return cost;
 }
 
 void CostModel::learn(const SimulationSpec& spec, const std::string& scene_hash, const Done& done) {
   if (!(done.samples_mean > 0.0) || !(done.cpu_ms > 0.0)) return;
-  const Features f = features_of(spec);
-  const bool wave = done.method == "wave";
-  const double log_ns = std::log(1e6 * done.cpu_ms / pixels_of(spec));
-  const bool chose_samples = !spec.quality.samples && !spec.quality.max_time_ms;
-  const std::string kind = kind_of(spec);
+  const CostObservation observation = observed_cost(spec, scene_hash, done);
   const std::lock_guard lock(memory_->mutex);
-  const std::string key = scene_hash + '/' + kind;
-  if (!memory_->groups.contains(key)) {
-    memory_->groups.emplace(key, memory_->recalled(kind, scene_hash));
-    memory_->order.push_back(key);
-  }
-  Group& group = memory_->groups.at(key);
-  teach(group.models, f, wave, done, log_ns, chose_samples);
-  teach(memory_->kinds[kind], f, wave, done, log_ns, chose_samples);
-  const double samples = spec.quality.samples       ? static_cast<double>(*spec.quality.samples)
-                         : spec.quality.max_time_ms ? done.samples_mean
-                                                    : group.models.chosen_samples(f, wave);
-  const double told = group.models.times[wave].predicted(time_terms(f, samples, wave));
-  group.renders.push_back({.features = f, .is_wave = wave, .left = log_ns - told});
-  if (group.renders.size() > kRemembered) group.renders.pop_front();
-  if (memory_->order.size() <= kMostGroups) return;
-  memory_->groups.erase(memory_->order.front());
-  memory_->order.pop_front();
+  memory_->learn(observation);
+}
+
+CostObservation observed_cost(const SimulationSpec& spec, const std::string& scene_hash,
+                              const CostModel::Done& done) {
+  CostFeatures asked = cost_features(spec, scene_hash);
+  if (spec.quality.max_time_ms && !asked.is_forced)
+    asked = with_forced_samples(asked, done.samples_mean);
+  const double pixels = static_cast<double>(spec.width) * spec.height;
+  return {.asked = asked,
+          .is_wave = done.method == "wave",
+          .log_samples = std::log(done.samples_mean),
+          .log_nanoseconds = std::log(1e6 * done.cpu_ms / pixels)};
 }
 
 }  // namespace fstop::server

@@ -6,13 +6,15 @@
 
 #include "api/problem.h"
 #include "api/render_request.h"
+#include "server/measured_costs.h"
 
 namespace fstop::server {
 
-/// Predicts what a render will take before anything is allocated for it, from what renders took
-/// before: how many samples an error takes, what a pixel costs at so many, and which requests the
-/// planner gives to `wave`, by scene, kind of camera and effects. Of a scene that it has not met it
-/// believes what it learnt of the others, at first what was measured for the bundled ones.
+/// Predicts what a render will take before anything is allocated for it, from what renders near it
+/// took: of the same scene, of others, and, until this server has made its own, of those that were
+/// measured once (server/measured_costs.h), whose processor's speed is told by the first few here.
+/// Source: Gaussian process regression about a first guess (Rasmussen & Williams 2006, section
+/// 2.7), of the renders that correlate most with the one asked for.
 class CostModel {
  public:
   explicit CostModel(int threads);
@@ -33,5 +35,9 @@ class CostModel {
   int threads_;
   std::unique_ptr<Memory> memory_;
 };
+
+/// What `done` tells of its request.
+CostObservation observed_cost(const SimulationSpec& spec, const std::string& scene_hash,
+                              const CostModel::Done& done);
 
 }  // namespace fstop::server

@@ -1,6 +1,7 @@
 // How well the server predicts what renders cost: random requests over the bundled scenes, each
 // predicted before it is made and learnt from after. Arguments: requests, seed, a file for the
-// figures of each as CSV.
+// figures of each as CSV, a file for them as rows of server/measured_costs.inc, the share of
+// pinholes (0.15).
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -55,12 +56,12 @@ const std::vector<std::string>& scene_names() {
   return names;
 }
 
-std::string random_request(Draw& draw, const std::string& scene) {
+std::string random_request(Draw& draw, const std::string& scene, double pinholes) {
   const int columns = static_cast<int>(std::lround(draw.log_uniform(32.0, 640.0)));
   const double f_number = draw.log_uniform(1.4, 22.0);
   const double focus_m = draw.log_uniform(1.0, 8.0);
   char camera[160];
-  if (draw.chance(0.15)) {
+  if (draw.chance(pinholes)) {
     std::snprintf(camera, sizeof camera, R"({"pinhole": {"diameter_mm": %.3f}})",
                   draw.log_uniform(0.2, 1.0));
   } else {
@@ -97,29 +98,50 @@ double share_within_2(const std::vector<double>& ratios, std::size_t first) {
   return all > 0.0 ? static_cast<double>(std::count_if(begin, ratios.end(), is_near)) / all : 0.0;
 }
 
+// A row of server/measured_costs.cpp.
+void write_row(std::ostream& out, const server::CostObservation& row) {
+  const server::CostFeatures& f = row.asked;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "    {%.2f, %.2f, %.2f, %.2f, %.2f, %.2f, %.2f, %d, %d, %d, %.2f, %.2f, 0x%llx},\n",
+                f.pixels, f.error, f.samples, f.f_number, f.diffraction, f.blur, f.transform,
+                int{f.is_pinhole}, int{f.is_forced}, int{row.is_wave}, row.log_samples,
+                row.log_nanoseconds, static_cast<unsigned long long>(f.scene));
+  out << text;
+}
+
 double load() {
   double average = 0.0;
   return getloadavg(&average, 1) == 1 ? average : -1.0;
 }
 
-void run(int requests, std::uint64_t seed, const std::string& file) {
+struct Wanted {
+  int requests = 300;
+  std::uint64_t seed = 1;
+  std::string csv = "/dev/null";
+  std::string rows = "/dev/null";
+  double pinholes = 0.15;
+};
+
+void run(const Wanted& wanted) {
   const api::Limits limits;
   const api::SceneStore store({std::string(FSTOP_SOURCE_DIR) + "/core/scenes"}, limits);
   WorkerPool workers(0);
   server::CostModel model(workers.threads());
   std::map<std::string, Ready> scenes;
-  std::ofstream csv(file);
+  std::ofstream csv(wanted.csv);
+  std::ofstream table(wanted.rows);
   csv << "scene,width,height,pinhole,f_number,focus_m,max_error,samples,n_w,method,samples_mean,"
          "rays,"
          "predicted_ms,cpu_ms\n";
-  Draw draw(seed);
+  Draw draw(wanted.seed);
   std::vector<double> ratios;
   std::printf("load %.1f at the start\n", load());
-  for (int i = 0; i < requests; ++i) {
+  for (int i = 0; i < wanted.requests; ++i) {
     const auto number = static_cast<std::size_t>(draw.unit() * double(scene_names().size()));
     const std::string& name = scene_names()[number];
-    const api::RenderRequest request =
-        api::parse_render_request(random_request(draw, name), limits, api::SceneNames::stored_only);
+    const api::RenderRequest request = api::parse_render_request(
+        random_request(draw, name, wanted.pinholes), limits, api::SceneNames::stored_only);
     Ready& ready = scenes[name];
     if (!ready.scene) {
       api::LoadedScene loaded = store.load(request);
@@ -132,9 +154,10 @@ void run(int requests, std::uint64_t seed, const std::string& file) {
     const Photograph photograph = simulate(spec, *ready.scene, {.workers = &workers});
     const double actual_ms = processor_ms() - start;
     const RenderReport& report = photograph.report;
-    model.learn(
-        spec, ready.hash,
-        {.method = report.method, .samples_mean = report.cost.samples_mean, .cpu_ms = actual_ms});
+    const server::CostModel::Done done = {
+        .method = report.method, .samples_mean = report.cost.samples_mean, .cpu_ms = actual_ms};
+    model.learn(spec, ready.hash, done);
+    write_row(table, server::observed_cost(spec, ready.hash, done));
     ratios.push_back(predicted_ms / actual_ms);
     const auto* lens = std::get_if<LensSpec>(&spec.camera.optics);
     csv << name << ',' << spec.width << ',' << spec.height << ',' << (lens == nullptr) << ','
@@ -153,7 +176,7 @@ void run(int requests, std::uint64_t seed, const std::string& file) {
   std::printf(
       "%d requests: predicted within a factor of 2 of the processor time: %.1f %%; after "
       "the first %d: %.1f %%\n",
-      requests, 100.0 * share_within_2(ratios, 0), kWarmUp,
+      wanted.requests, 100.0 * share_within_2(ratios, 0), kWarmUp,
       100.0 * share_within_2(ratios, kWarmUp));
   std::printf(
       "predicted over actual, quantiles 2.5, 25, 50, 75, 97.5 %%: %.2f %.2f %.2f %.2f %.2f\n",
@@ -165,7 +188,11 @@ void run(int requests, std::uint64_t seed, const std::string& file) {
 }  // namespace fstop
 
 int main(int argc, char** argv) {
-  const int requests = argc > 1 ? std::atoi(argv[1]) : 300;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  fstop::run(std::max(1, requests), seed, argc > 3 ? argv[3] : "/dev/null");
+  fstop::Wanted wanted;
+  if (argc > 1) wanted.requests = std::max(1, std::atoi(argv[1]));
+  if (argc > 2) wanted.seed = std::strtoull(argv[2], nullptr, 10);
+  if (argc > 3) wanted.csv = argv[3];
+  if (argc > 4) wanted.rows = argv[4];
+  if (argc > 5) wanted.pinholes = std::atof(argv[5]);
+  fstop::run(wanted);
 }
