@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/render/simulation.h"
+#include "api/render_request.h"
 
 namespace fstop::server {
 

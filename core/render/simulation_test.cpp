@@ -441,7 +441,6 @@ TEST(Simulation, BoundsHoldWhereSamplesMayMissALampInAMirror) {
     held += error <= seen.report.error.upper_95 ? 1 : 0;
     above_estimate += error > 2.0 * seen.report.error.estimate ? 1 : 0;
   }
-  std::printf("held %d, estimates too small %d\n", held, above_estimate);
   EXPECT_GE(held, kSeeds - 1);
   EXPECT_GE(above_estimate, 1) << "the lamp is not hard to meet";
 }
