@@ -132,9 +132,18 @@ void require_like(const Image& picture, const Image& other) {
   }
 }
 
-// A block's mean of its pixels' variances: what a pixel's own is at least.
-double mean_variance(const ImageBaseline& baseline, const Block& block, int channel) {
-  return mean_of(baseline.variance, block, channel);
+// The largest variance of a pixel in the block and those around it: what each pixel's own is at
+// least.
+double largest_variance(const ImageBaseline& baseline, const Block& block, int channel) {
+  const Image& variance = baseline.variance;
+  const int right = std::min(block.x + 2 * kBaselineBlock, variance.width());
+  const int bottom = std::min(block.y + 2 * kBaselineBlock, variance.height());
+  float largest = 0.0F;
+  for (int y = std::max(0, block.y - kBaselineBlock); y < bottom; ++y) {
+    for (int x = std::max(0, block.x - kBaselineBlock); x < right; ++x)
+      largest = std::max(largest, variance.at(x, y)[channel]);
+  }
+  return double{largest};
 }
 
 }  // namespace
@@ -198,7 +207,7 @@ BaselineVerdict compared(const Image& picture, const ImageBaseline& baseline, do
     verdict.brightness[k] = baseline.total[k] != 0.0 ? total / baseline.total[k] : 1.0;
     if (is_copy_of_red(picture, baseline, c)) continue;
     for (const Block& block : blocks_of(picture)) {
-      const double least = mean_variance(baseline, block, c);
+      const double least = largest_variance(baseline, block, c);
       for (int y = block.y; y < block.y + block.height; ++y) {
         for (int x = block.x; x < block.x + block.width; ++x) {
           const double variance = std::max<double>(baseline.variance.at(x, y)[c], least);
@@ -230,7 +239,7 @@ Image deviation_image(const Image& picture, const ImageBaseline& baseline) {
   Image image(picture.width(), picture.height(), kChannels);
   for (int c = 0; c < kChannels; ++c) {
     for (const Block& block : blocks_of(picture)) {
-      const double least = mean_variance(baseline, block, c);
+      const double least = largest_variance(baseline, block, c);
       for (int y = block.y; y < block.y + block.height; ++y) {
         for (int x = block.x; x < block.x + block.width; ++x) {
           const double variance = std::max<double>(baseline.variance.at(x, y)[c], least);

@@ -64,9 +64,11 @@ struct BaselineVerdict {
 /// channel that is not a copy of red. Each level has the chance 1 - (1 - alarm_rate)^(1/3) of a
 /// false alarm, each of its tests what Sidak's correction leaves.
 ///
-/// A pixel's s^2 is no less than its block's mean: few replicates may all miss what is rare. Its
-/// level thus alarms falsely less often than it says; block and picture are exact where their
-/// means are normal. What has no noise at all is compared to rounding, 2^-20 of itself.
+/// A pixel's s^2 is no less than the largest of its block and the eight around it: what is rare, a
+/// highlight's edge, few replicates may all miss in one pixel, hardly in 2304. (Of 432 pictures of
+/// four bundled scenes none alarmed falsely; by the block's mean 83 did.) Its level thus alarms
+/// falsely less often than it says; block and picture are exact where their means are normal. What
+/// has no noise at all is compared to rounding, 2^-20 of itself.
 /// Throws: Error{outside_domain} for another size, or an alarm_rate not between 0 and 1.
 /// Source: prediction interval, Student 1908; Sidak, J. Am. Stat. Assoc. 62, 626 (1967).
 BaselineVerdict compared(const Image& picture, const ImageBaseline& baseline, double alarm_rate);
