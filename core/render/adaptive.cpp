@@ -66,7 +66,9 @@ class Rounds {
       if (known.noise.mse_upper_95 <= goal_) return;
       idle_rounds = known.noise.mse > kHardlyLess * before ? idle_rounds + 1 : 0;
       before = known.noise.mse;
-      if (idle_rounds >= kMostIdleRounds) {
+      // Rare bright hits, too, make the noise grow for a while: only more samples tell.
+      const bool is_of_samples = raw_.mse > kMuchOfTheGoal * known.noise.mse;
+      if (idle_rounds >= (is_of_samples ? kMostIdleRoundsOfSamples : kMostIdleRounds)) {
         warning_ = kNoLongerFalls;
         return;
       }
@@ -220,6 +222,7 @@ class Rounds {
   // Rounds in a row that leave nearly all of the noise: something other than samples makes it.
   static constexpr double kHardlyLess = 0.97;
   static constexpr int kMostIdleRounds = 3;
+  static constexpr int kMostIdleRoundsOfSamples = 16;
   // Mirrors and glass make small images of lamps, which a pilot's few samples may all miss: there
   // it looks longer. A block of 16 pixels of which one in a hundred points of each shines is missed
   // by all of 64 samples a pixel once in 30,000 pictures, of 8 in every fourth.
