@@ -10,6 +10,7 @@
 #include "api/problem.h"
 #include "api/render_id.h"
 #include "core/scene/mesh_placement.h"
+#include "core/shading/ray_tree.h"
 
 namespace fstop::api {
 namespace {
@@ -162,7 +163,8 @@ LoadedScene load_scene(SceneDocument document, const AssetReader& read, std::str
                        const Limits& limits) {
   AssetLoader loader(read, pointer, limits);
   loader.load(document.scene);
-  LoadedScene loaded{.scene = std::move(document.scene), .hash = {}};
+  LoadedScene loaded{.scene = std::move(document.scene)};
+  loaded.rays_of_a_point = most_rays_of_a_point(loaded.scene);
   loaded.hash = scene_hash(document.canonical, loader.take_bytes());
   return loaded;
 }

@@ -15,7 +15,8 @@ namespace fstop::api {
 /// A scene with its assets in memory.
 struct LoadedScene {
   Scene scene = {};
-  std::string hash = {};  // of its text and its assets' bytes: scene_hash
+  std::string hash = {};         // of its text and its assets' bytes: scene_hash
+  double rays_of_a_point = 1.0;  // at most, roughly: most_rays_of_a_point()
 };
 
 /// Reads and decodes every file of `document` through `read`, each file once. What is wrong with

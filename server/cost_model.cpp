@@ -43,8 +43,10 @@ double guessed_samples(const CostFeatures& f) {
 }
 double guessed_time(const CostFeatures& f, bool is_wave) {
   if (!is_wave) return 5.9 + 0.88 * std::log(std::exp(guessed_samples(f)) + 3.0) - 0.27 * f.pixels;
+  // Waves take samples where edges hide them: of many they take all their time.
   const double forced = f.is_forced ? f.samples - std::log(4.0) : 0.0;
-  return 8.0 + 0.4 * forced + 0.6 * f.transform - 0.15 * f.pixels;
+  const double many = f.is_forced ? std::max(0.0, f.samples - std::log(8.0)) : 0.0;
+  return 8.0 + 0.4 * forced + 0.6 * many + 0.6 * f.transform - 0.15 * f.pixels;
 }
 
 // Whether waves are chosen: 1 for sure, -1 surely not.
@@ -193,7 +195,8 @@ struct CostModel::Memory {
   double slowness_count = 0.0;
 };
 
-CostModel::CostModel(int threads) : threads_(threads), memory_(std::make_unique<Memory>()) {}
+CostModel::CostModel(int threads, double most_wall_s)
+    : threads_(threads), most_wall_s_(most_wall_s), memory_(std::make_unique<Memory>()) {}
 CostModel::~CostModel() = default;
 
 api::CostPrediction CostModel::predict(const SimulationSpec& spec,
@@ -218,11 +221,21 @@ api::CostPrediction CostModel::predict(const SimulationSpec& spec,
   cost.cpu_s = 1e-9 * pixels * std::exp(log_ns);
   if (quality.max_time_ms && !quality.samples)  // a forced count takes its time
     cost.cpu_s = std::min(cost.cpu_s, 1e-3 * *quality.max_time_ms * threads_);
+  // Too many forced samples are refused: their prediction says why.
+  if (!quality.samples) cost.cpu_s = std::min(cost.cpu_s, most_wall_s_ * threads_);
   cost.wall_s = cost.cpu_s / threads_;
   const bool may_be_waves = quality.method == "auto" || quality.method == "wave";
   cost.memory_bytes = kBytesOnce + (may_be_waves ? bytes_of_waves(spec, asked.diffraction)
                                                  : kBytesPerPixel * pixels);
   return cost;
+}
+
+bool CostModel::knows(const SimulationSpec& spec, const std::string& scene_hash) const {
+  const CostFeatures asked = cost_features(spec, scene_hash);
+  const std::lock_guard lock(memory_->mutex);
+  return std::ranges::any_of(memory_->known, [&](const Known& one) {
+    return one.render.asked.scene == asked.scene && one.render.asked.kind == asked.kind;
+  });
 }
 
 void CostModel::learn(const SimulationSpec& spec, const std::string& scene_hash, const Done& done) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -17,10 +18,14 @@ namespace fstop::server {
 /// 2.7), of the renders that correlate most with the one asked for.
 class CostModel {
  public:
-  explicit CostModel(int threads);
+  /// `most_wall_s`: what a render is stopped after, and so takes at most.
+  explicit CostModel(int threads, double most_wall_s = std::numeric_limits<double>::infinity());
   ~CostModel();
 
   api::CostPrediction predict(const SimulationSpec& spec, const std::string& scene_hash) const;
+
+  /// Whether renders of the scene, of a request's kind, were measured.
+  bool knows(const SimulationSpec& spec, const std::string& scene_hash) const;
 
   /// A render that is done.
   struct Done {
@@ -33,6 +38,7 @@ class CostModel {
  private:
   struct Memory;
   int threads_;
+  double most_wall_s_;
   std::unique_ptr<Memory> memory_;
 };
 

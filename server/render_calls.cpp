@@ -210,7 +210,18 @@ RenderCalls::Prepared RenderCalls::prepare(const Request& request) {
   if (prepared.there) return prepared;
   task.cost = services_.costs.predict(task.request->spec, task.scene_hash);
   refuse_what_costs_too_much(task, services_.limits);
+  task.is_small = is_small(task);
   return prepared;
+}
+
+// A scene of which nothing was rendered yet may cost far more than others: lights and forking
+// branches tell how much more.
+bool RenderCalls::is_small(const RenderTask& task) const {
+  constexpr double kUsualRays = 4.0;  // of a point, in the bundled scenes
+  double wall_s = task.cost.wall_s;
+  if (!services_.costs.knows(task.request->spec, task.scene_hash))
+    wall_s *= std::max(1.0, services_.scenes.rays_of_a_point(task.scene_hash) / kUsualRays);
+  return wall_s <= services_.limits.small_render_s;
 }
 
 RenderQueue::Ticket RenderCalls::submit(const std::string& client, const Prepared& prepared) {
@@ -219,7 +230,7 @@ RenderQueue::Ticket RenderCalls::submit(const std::string& client, const Prepare
                                  .client = client,
                                  .cost_s = task.cost.wall_s,
                                  .memory_bytes = task.cost.memory_bytes,
-                                 .is_small = task.cost.wall_s <= services_.limits.small_render_s,
+                                 .is_small = task.is_small,
                                  .work = [this, task](const RenderQueue::Turn& turn) {
                                    return services_.work.render(task, turn);
                                  }});

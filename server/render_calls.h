@@ -61,6 +61,7 @@ class RenderCalls {
   boost::asio::awaitable<Reply> output(Call& call);
 
   Prepared prepare(const Request& request);
+  bool is_small(const RenderTask& task) const;
   RenderQueue::Ticket submit(const std::string& client, const Prepared& prepared);
   boost::asio::awaitable<Reply> created(Call& call, const Prepared& prepared,
                                         std::shared_ptr<StoredRender> render, bool was_there);

@@ -43,6 +43,7 @@ struct RenderTask {
   std::string id = {};
   ImageFormat format = ImageFormat::png;  // which file is made with the render
   api::CostPrediction cost = {};
+  bool is_small = false;  // goes before large ones
 
   /// Whether the result may be given to others: a render bound in time depends on the load.
   bool is_kept() const { return !request->spec.quality.max_time_ms; }

@@ -84,12 +84,19 @@ std::shared_ptr<const MemoryFile> SceneCache::keep(api::LoadedScene loaded, cons
     entry = entries_.begin();
     entry->bytes = shared->size();
     entry->shared = std::move(shared);
+    entry->rays_of_a_point = loaded.rays_of_a_point;
   }
   std::erase_if(entry->sources, [&](const Source& known) { return known.key == source.key; });
   entry->sources.push_back(source);
   entries_.splice(entries_.begin(), entries_, entry);
   evict();
   return entries_.front().shared;
+}
+
+double SceneCache::rays_of_a_point(const std::string& hash) {
+  const std::lock_guard lock(mutex_);
+  const auto entry = find_hash(hash);
+  return entry == entries_.end() ? 1.0 : entry->rays_of_a_point;
 }
 
 std::shared_ptr<const MemoryFile> SceneCache::shared(const api::RenderRequest& request,

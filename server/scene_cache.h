@@ -26,6 +26,9 @@ class SceneCache {
   /// unchanged (by size and time), else by reading them. Throws: as SceneStore::load.
   std::string hash(const api::RenderRequest& request);
 
+  /// Rays that a point of the scene may take (api::LoadedScene), of one that is kept; else 1.
+  double rays_of_a_point(const std::string& hash);
+
   /// The scene for a worker process to build. Throws: as SceneStore::load.
   std::shared_ptr<const MemoryFile> shared(const api::RenderRequest& request,
                                            const std::string& hash);
@@ -52,6 +55,7 @@ class SceneCache {
     std::shared_ptr<const MemoryFile> shared = {};
     std::shared_ptr<const RayScene> built = {};
     bool building = false;
+    double rays_of_a_point = 1.0;
     std::size_t bytes = 0;
   };
 

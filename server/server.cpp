@@ -69,7 +69,7 @@ Server::Server(const ServerConfig& config, Log& log, Simulate simulate)
       files_(config.web_root),
       pool_(config.threads, kRenderNiceness),
       crew_(simulate ? nullptr : std::make_unique<WorkerCrew>(crew_shape(), log)),
-      costs_(pool_.threads()),
+      costs_(pool_.threads(), 1e-3 * static_cast<double>(config.limits.render_time.count())),
       readers_(kReaderThreads, kReaderNiceness),
       encoders_(kEncoderThreads, kRenderNiceness),
       expanders_(kExpanderThreads, kRenderNiceness),

@@ -365,6 +365,37 @@ BranchBound branch_bound(const std::vector<Material>& materials, Illumination il
   return bound;
 }
 
+double most_rays_of_a_point(const Scene& scene) {
+  double most = 1.0;
+  for (const Material& material : scene.materials) {
+    const double reflection = material.reflection;
+    const double transmission = material.transmission;
+    if (!(reflection > 0.0 && transmission > 0.0)) continue;
+    // Depth by depth: weights reflection^i transmission^j, binomial(i + j, i) of each.
+    std::vector<double> paths = {1.0};  // by i
+    double branches = 1.0;
+    for (int depth = 1; depth <= kDeepestBranch && branches < double{kMostBranches}; ++depth) {
+      std::vector<double> next(paths.size() + 1, 0.0);
+      double followed = 0.0;
+      for (std::size_t i = 0; i < paths.size(); ++i) {
+        next[i] += paths[i];
+        next[i + 1] += paths[i];
+      }
+      for (std::size_t i = 0; i < next.size(); ++i) {
+        const double weight =
+            std::pow(reflection, double(i)) * std::pow(transmission, double(depth) - double(i));
+        if (weight < double{kSmallestBranch}) next[i] = 0.0;
+        followed += next[i];
+      }
+      if (followed <= 0.0) break;
+      branches += followed;
+      paths = std::move(next);
+    }
+    most = std::max(most, std::min(branches, double{kMostBranches}));
+  }
+  return most * (1.0 + static_cast<double>(scene.lights.size()));
+}
+
 float brightest_value(const RayScene& scene, double exposure) noexcept {
   return static_cast<float>(std::max(1.0, exposure * double{scene.brightest()}));
 }

@@ -30,6 +30,10 @@ BranchBound branch_bound(const std::vector<Material>& materials,
                          Illumination illumination = Illumination::recursive,
                          double brightest = 1.0);
 
+/// Rays that a point of the scene may take: one to it and one to each light, and as many again for
+/// each branch of the light that its heaviest material forks into; at most some thousands.
+double most_rays_of_a_point(const Scene& scene);
+
 /// Pixel value of the brightest thing that shines by itself, emitting surfaces and background, at
 /// least white; `exposure` is the factor from radiance. What is lit may be brighter.
 float brightest_value(const RayScene& scene, double exposure) noexcept;

@@ -31,6 +31,19 @@ double mean_red(const Scene& scene, Vec3f direction, std::uint32_t packets,
   return sum / (kLanes * packets);
 }
 
+// Branches of r = t = 1/2 at depth d are 2^d of weight 2^-d: followed to 2^-9, 1023 in all.
+TEST(RaysOfAPoint, CountLightsAndForks) {
+  Scene scene;
+  scene.materials = {Material{}, Material{.reflection = 0.9}, Material{.transmission = 0.9}};
+  EXPECT_EQ(most_rays_of_a_point(scene), 1.0);
+  scene.lights.resize(3);
+  EXPECT_EQ(most_rays_of_a_point(scene), 4.0);
+  scene.materials.push_back(Material{.reflection = 0.5, .transmission = 0.5});
+  EXPECT_EQ(most_rays_of_a_point(scene), 1023.0 * 4.0);
+  scene.materials.push_back(Material{.reflection = 0.9, .transmission = 0.9});
+  EXPECT_EQ(most_rays_of_a_point(scene), 4096.0 * 4.0);
+}
+
 TEST(Fresnel, KnownReflectances) {
   // ((n-1)/(n+1))^2 at normal incidence, from either side.
   EXPECT_NEAR(fresnel_reflectance(1.0F, 1.0F / 1.5F), 0.04F, 1e-6F);

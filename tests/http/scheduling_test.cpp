@@ -295,6 +295,48 @@ TEST(Costs, TellTheProcessor) {
   EXPECT_LT(ratio, 3.5);
 }
 
+TEST(Costs, AreAtMostWhatARenderMayTake) {
+  const SimulationSpec spec = spec_of(900, 1e-6);
+  EXPECT_GT(server::CostModel(2).predict(spec, "scene").wall_s, 600.0);
+  EXPECT_EQ(server::CostModel(2, 600.0).predict(spec, "scene").wall_s, 600.0);
+  SimulationSpec forced = spec;
+  forced.quality.samples = 1'000'000;
+  EXPECT_GT(server::CostModel(2, 600.0).predict(forced, "scene").wall_s, 600.0) << "refused";
+}
+
+// A scene whose glass forks is not taken for small before one render of it was made: small ones do
+// not wait for it.
+TEST(Costs, UnknownScenesThatForkAreNotSmall) {
+  HeldRenders renders;
+  TestServer::Options options;
+  options.simulate = renders.simulate();
+  options.limits.concurrent_renders = 1;
+  options.limits.express_renders = 1;
+  TestServer server(std::move(options));
+  const auto begin = [&](const std::string& request) {
+    EXPECT_EQ(
+        ask(server.port(), "POST", "/v1/renders", {{"Prefer", "respond-async"}}, request).status,
+        202);
+  };
+  const auto reaches = [&](int running, int queued) {
+    return eventually([&] {
+      const server::RenderQueue::Counts counts = server.server().render_counts();
+      return counts.running == running && counts.queued == queued;
+    });
+  };
+  for (int seed = 1; seed <= 2; ++seed) {
+    begin(R"({"scene": {"format": "fstop-scene/1", "materials": {"glass": {"model": "phong",
+        "reflection": 0.9, "transmission": 0.9, "ior": 1.5}}, "objects": [{"type": "sphere",
+        "center_m": [0, 0, -2], "radius_m": 0.2, "material": "glass"}]}, "camera": {"lens": {}},
+        "image": {"width": 48, "height": 32}, "quality": {"samples": 1}, "seed": )" +
+          std::to_string(seed) + "}");
+  }
+  ASSERT_TRUE(reaches(1, 1)) << "the second waits for the slot of large ones";
+  begin(tiny_request(1));
+  EXPECT_TRUE(reaches(2, 1));
+  renders.let_go();
+}
+
 TEST(Costs, OtherScenesKeepTheirOwn) {
   server::CostModel model(1);
   const SimulationSpec spec = spec_of(100, 0.01);
