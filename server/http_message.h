@@ -111,6 +111,12 @@ class Refusal : public std::exception {
   bool close_ = false;
 };
 
+/// 503 of a server without a data directory, which `what` need.
+inline Refusal no_data_folder(const std::string& what) {
+  return {http::status::service_unavailable, "no-data-dir",
+          what + " need a server with a data directory: --data-dir"};
+}
+
 /// The peer went away: nobody is left to answer.
 class ClientGone : public std::exception {
  public:

@@ -75,7 +75,7 @@ void SceneCalls::add_to(Routes& routes) {
   };
   add(http::verb::get, "/v1/scenes", &SceneCalls::list);
   add(http::verb::get, "/v1/scenes/{name}", &SceneCalls::show);
-  if (!services_.folder.empty()) add(http::verb::put, "/v1/scenes/{name}", &SceneCalls::put);
+  add(http::verb::put, "/v1/scenes/{name}", &SceneCalls::put);
 }
 
 asio::awaitable<Reply> SceneCalls::list(Call&) {
@@ -95,6 +95,7 @@ asio::awaitable<Reply> SceneCalls::show(Call& call) {
 }
 
 asio::awaitable<Reply> SceneCalls::put(Call& call) {
+  if (services_.folder.empty()) throw no_data_folder("uploads of scenes");
   const auto work = [this, &call] { return keep(call.parameters[0], call.request); };
   co_return co_await uploads_.run(work);
 }

@@ -232,7 +232,15 @@ void Server::add_routes() {
   composite_calls_.add_to(routes_);
   scene_calls_.add_to(routes_);
   measurement_calls_.add_to(routes_);
-  if (file_calls_) file_calls_->add_to(routes_);
+  if (file_calls_) {
+    file_calls_->add_to(routes_);
+  } else {
+    for (const verb method : {verb::get, verb::put}) {
+      routes_.add(method, "/v1/files/{sha256}", immediate([](const Call&) -> Reply {
+                    throw no_data_folder("files");
+                  }));
+    }
+  }
   sweep_calls_.add_to(routes_);
   add_probes(routes_);
   add_docs();

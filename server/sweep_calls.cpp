@@ -118,8 +118,7 @@ fs::path SweepCalls::folder_of(const std::string& id) const { return services_.f
 
 void SweepCalls::require_folder() const {
   if (!services_.folder.empty()) return;
-  throw Refusal(http::status::service_unavailable, "no-data-dir",
-                "sweeps need a server with a data directory: --data-dir");
+  throw no_data_folder("sweeps");
 }
 
 asio::awaitable<Reply> SweepCalls::create(Call& call) {

@@ -190,8 +190,8 @@ TEST_F(Files, ThatAreDamagedAreNotThere) {
 
 TEST_F(Files, AreThereOnlyWithADataDirectory) {
   const TestServer server;
-  EXPECT_EQ(ask(server.port(), "GET", "/v1/files/" + kAbc).status, 404);
-  EXPECT_EQ(ask(server.port(), "PUT", "/v1/files/" + kAbc, kBytes, "abc").status, 404);
+  EXPECT_EQ(ask(server.port(), "GET", "/v1/files/" + kAbc).status, 503);
+  EXPECT_EQ(ask(server.port(), "PUT", "/v1/files/" + kAbc, kBytes, "abc").status, 503);
 }
 
 TEST_F(Files, GoThroughTheClientByteByByte) {

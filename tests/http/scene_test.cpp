@@ -144,8 +144,8 @@ TEST(SceneUploadsOff, WithoutADataDirectoryThereIsNoPut) {
   TestServer server;
   const Answer answer =
       ask(server.port(), "PUT", "/v1/scenes/a", {{"Content-Type", "application/zip"}}, archive());
-  EXPECT_EQ(answer.status, 405);
-  EXPECT_EQ(answer.header("allow"), "GET, HEAD, OPTIONS");
+  EXPECT_EQ(answer.status, 503);
+  EXPECT_NE(answer.body.find("no-data-dir"), std::string::npos) << answer.body;
 }
 
 // What a child that is locked in exits with: 0 where `forbidden` says that it could not.

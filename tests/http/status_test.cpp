@@ -98,10 +98,10 @@ TEST_F(Calls, UnknownPathsAndMethodsAreProblems) {
       {"DELETE", "/v1/renders", 405, "POST, OPTIONS"},
       {"POST", "/livez", 405, "GET, HEAD, OPTIONS"},
       {"POST", "/v1/scenes", 405, "GET, HEAD, OPTIONS"},
-      {"PUT", "/v1/scenes/tiny", 405, "GET, HEAD, OPTIONS"},
+      {"DELETE", "/v1/scenes/tiny", 405, "GET, HEAD, PUT, OPTIONS"},
       {"POST", "/", 405, "GET, HEAD, OPTIONS"},
       {"OPTIONS", "/v1/renders", 204, "POST, OPTIONS"},
-      {"OPTIONS", "/v1/scenes/tiny", 204, "GET, HEAD, OPTIONS"},
+      {"OPTIONS", "/v1/scenes/tiny", 204, "GET, HEAD, PUT, OPTIONS"},
       {"OPTIONS", "/nothing", 404, ""},
   };
   for (const Expected& expected : table) {
