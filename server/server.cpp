@@ -236,9 +236,8 @@ void Server::add_routes() {
     file_calls_->add_to(routes_);
   } else {
     for (const verb method : {verb::get, verb::put}) {
-      routes_.add(method, "/v1/files/{sha256}", immediate([](const Call&) -> Reply {
-                    throw no_data_folder("files");
-                  }));
+      routes_.add(method, "/v1/files/{sha256}",
+                  immediate([](const Call&) -> Reply { throw no_data_folder("files"); }));
     }
   }
   sweep_calls_.add_to(routes_);
