@@ -31,7 +31,7 @@ std::string job_note_json(const JobNote& note) {
 JobNote parsed_job_note(std::string job, std::string_view text) {
   const json value = json::parse(text);
   JobNote note{.job = std::move(job),
-               .turn = value.at("turn"),
+               .turn = value.value("turn", std::uint64_t{0}),
                .render = value.at("render"),
                .format = value.at("format"),
                .client = value.at("client"),

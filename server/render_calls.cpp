@@ -80,9 +80,10 @@ void refuse_what_costs_too_much(const RenderTask& task, const api::Limits& limit
   const std::string detail =
       takes_too_long
           ? "the render is predicted to take " + digits(task.cost.wall_s, 3) + " s, more than " +
-                digits(most_s, 6) + " s"
-          : "the render is predicted to take " + digits(task.cost.memory_bytes / (1 << 20), 4) +
-                " MiB, more than " + digits(most_bytes / (1 << 20), 6) + " MiB";
+                digits(most_s, 6) + " s: fewer #/quality/samples take less"
+          : "the render is predicted to take " + digits(task.cost.memory_bytes / (1 << 20), 6) +
+                " MiB, more than " + digits(most_bytes / (1 << 20), 6) +
+                " MiB: a smaller #/image takes less";
   throw Refusal(http::status::unprocessable_entity, "over-budget", detail).predicting(task.cost);
 }
 
