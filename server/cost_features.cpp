@@ -23,9 +23,8 @@ std::uint64_t cost_kind(const SimulationSpec& spec) {
        {spec.effects.defocus, spec.effects.diffraction, spec.effects.motion})
     kind += static_cast<char>('0' + static_cast<int>(effect));
   kind += static_cast<char>('0' + static_cast<int>(spec.illumination));
-  const bool is_twice = std::ranges::count(spec.outputs, Output::all_in_focus) > 0;
   const bool has_alpha = std::ranges::count(spec.outputs, Output::alpha) > 0;
-  return digest(kind + (is_twice ? "+" : "") + (has_alpha ? "a" : ""));
+  return digest(kind + (has_alpha ? "a" : ""));
 }
 
 CostFeatures cost_features(const SimulationSpec& spec, const std::string& scene_hash) {
@@ -43,6 +42,7 @@ CostFeatures cost_features(const SimulationSpec& spec, const std::string& scene_
                  .transform = std::log(transform_bytes(diffraction_px, spec.width, spec.height) /
                                        (kElementBytes * pixels)),
                  .is_pinhole = std::holds_alternative<PinholeSpec>(spec.camera.optics),
+                 .is_twice = std::ranges::count(spec.outputs, Output::all_in_focus) > 0,
                  .kind = cost_kind(spec),
                  .scene = digest(scene_hash)};
   if (!f.is_pinhole) {

@@ -19,6 +19,7 @@ struct CostFeatures {
   double transform = 0.0;    // elements of a pixel, that its waves take
   bool is_pinhole = false;
   bool is_forced = false;
+  bool is_twice = false;    // a sharp picture beside the first: all_in_focus
   std::uint64_t kind = 0;   // requests of one kind choose among the same methods
   std::uint64_t scene = 0;  // by its content
 };

@@ -42,11 +42,13 @@ double guessed_samples(const CostFeatures& f) {
   return std::max(kLogFewest, 3.4 - 1.45 * f.error - 0.25 * f.pixels - 0.05 * f.f_number);
 }
 double guessed_time(const CostFeatures& f, bool is_wave) {
-  if (!is_wave) return 5.9 + 0.88 * std::log(std::exp(guessed_samples(f)) + 3.0) - 0.27 * f.pixels;
+  const double twice = f.is_twice ? 0.8 : 0.0;
+  if (!is_wave)
+    return 5.9 + 0.88 * std::log(std::exp(guessed_samples(f)) + 3.0) - 0.27 * f.pixels + twice;
   // Waves take samples where edges hide them: of many they take all their time.
   const double forced = f.is_forced ? f.samples - std::log(4.0) : 0.0;
   const double many = f.is_forced ? std::max(0.0, f.samples - std::log(8.0)) : 0.0;
-  return 8.0 + 0.4 * forced + 0.6 * many + 0.6 * f.transform - 0.15 * f.pixels;
+  return 8.0 + 0.4 * forced + 0.6 * many + 0.6 * f.transform - 0.15 * f.pixels + twice;
 }
 
 // Whether waves are chosen: 1 for sure, -1 surely not.
@@ -56,7 +58,10 @@ double guessed_waves(const CostFeatures& f) {
 }
 
 // How much of what one kind of request shows holds of another kind.
-double alike(const CostFeatures& a, const CostFeatures& b) { return a.kind == b.kind ? 1.0 : 0.5; }
+double alike(const CostFeatures& a, const CostFeatures& b) {
+  if (a.kind != b.kind) return 0.5;
+  return a.is_twice == b.is_twice ? 1.0 : 0.9;
+}
 
 // Covariances of what two renders differ by from the first guesses.
 double time_covariance(const CostFeatures& a, const CostFeatures& b, bool is_wave) {
