@@ -16,8 +16,7 @@ namespace {
 
 constexpr std::size_t kRemembered = 1024;  // renders of this server
 constexpr std::size_t kNearest = 64;       // renders that a prediction is made from
-constexpr double kFewestChosen = 4.0;      // samples of a pixel, whatever error is asked for
-constexpr double kLogFewest = 1.386;
+const double kLogFewest = std::log(4.0);   // samples of a pixel, whatever error is asked for
 // Resident memory at 2400 x 1600 over that at 600 x 400, measured: 341 bytes a pixel for `wave`,
 // which `auto` may choose, at most 150 for the others; 380 MiB once for a bundled scene and its
 // planning.
@@ -120,8 +119,10 @@ double expected_beyond(const std::deque<Known>& known, const CostFeatures& asked
   for (std::size_t i = 0; i < n; ++i) {
     observed[i] = beyond(*near[i].known);
     with[i] = near[i].covariance;
-    for (std::size_t j = 0; j < n; ++j)
+    for (std::size_t j = 0; j <= i; ++j) {
       between[i * n + j] = covariance(near[i].known->render.asked, near[j].known->render.asked);
+      between[j * n + i] = between[i * n + j];
+    }
     between[i * n + i] += noise;
   }
   return conditional_mean(observed, between, with);
@@ -217,10 +218,13 @@ api::CostPrediction CostModel::predict(const SimulationSpec& spec,
     samples = std::exp(memory_->log_samples(asked, is_wave));
     log_ns = memory_->log_time(asked, is_wave, true);
   }
-  samples =
-      quality.samples
-          ? static_cast<double>(*quality.samples)
-          : std::min(samples, std::max(1.0, static_cast<double>(quality.most_samples) / pixels));
+  const double most = std::max(1.0, static_cast<double>(quality.most_samples) / pixels);
+  if (quality.samples) {
+    samples = static_cast<double>(*quality.samples);
+  } else if (samples > most) {
+    log_ns += std::log(most / samples);
+    samples = most;
+  }
   api::CostPrediction cost;
   cost.samples = pixels * samples;
   cost.cpu_s = 1e-9 * pixels * std::exp(log_ns);

@@ -1,10 +1,9 @@
 // Light that few samples meet, and that those may miss.
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 
 #include <gtest/gtest.h>
 
+#include "core/render/bar_scenes.h"
 #include "core/render/simulation.h"
 
 namespace fstop {
@@ -19,18 +18,7 @@ SimulationSpec shot(double f_number, int width, int height) {
   return spec;
 }
 
-// Root mean square difference of two images, values clipped to [0,1].
-double rmse(const Image& a, const Image& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.pixels().size(); ++i) {
-    const double x = std::clamp(a.pixels()[i], 0.0F, 1.0F);
-    const double y = std::clamp(b.pixels()[i], 0.0F, 1.0F);
-    sum += (x - y) * (x - y);
-  }
-  return std::sqrt(sum / static_cast<double>(a.pixels().size()));
-}
-
-// A lamp of 10^4 times white whose image in a mirror ball is of some thousandths of a pixel:
+// A lamp of 10^4 times white whose image in a mirror ball is about a tenth of a pixel wide:
 // whether samples meet it is a chance, and the bound holds either way.
 TEST(RareLight, BoundsHoldWhereSamplesMayMissALampInAMirror) {
   Scene scene;
@@ -50,7 +38,7 @@ TEST(RareLight, BoundsHoldWhereSamplesMayMissALampInAMirror) {
   constexpr int kSeeds = 20;
   for (spec.seed = 1; spec.seed <= kSeeds; ++spec.seed) {
     const Photograph seen = simulate(spec, lamp, {});
-    const double error = rmse(seen.color, truth);
+    const double error = std::sqrt(mse_of(seen.color, truth));
     held += error <= seen.report.error.upper_95 ? 1 : 0;
     above_estimate += error > 2.0 * seen.report.error.estimate ? 1 : 0;
   }
@@ -58,7 +46,7 @@ TEST(RareLight, BoundsHoldWhereSamplesMayMissALampInAMirror) {
   EXPECT_GE(above_estimate, 1) << "the lamp is not hard to meet";
 }
 
-// Glowing wires of 1 in 800 of a pixel, 200 times white: rounds that meet more of their light than
+// Glowing wires of 1 in 2000 of a pixel, 200 times white: rounds that meet more of their light than
 // those before show more noise, not less. They go on until the error is reached or a pixel has the
 // most samples allowed.
 TEST(RareLight, RoundsGoOnWhileTheyMeetMoreOfIt) {

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/render/bar_scenes.h"
 #include "core/render/busy_scene.h"
 #include "core/render/method.h"
 
@@ -30,17 +31,6 @@ Photograph photograph(const SimulationSpec& spec, const RayScene& scene, int thr
   RunControl run;
   run.workers = &workers;
   return simulate(spec, scene, run);
-}
-
-// Root mean square difference of two images, values clipped to [0,1].
-double rmse(const Image& a, const Image& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.pixels().size(); ++i) {
-    const double x = std::clamp(a.pixels()[i], 0.0F, 1.0F);
-    const double y = std::clamp(b.pixels()[i], 0.0F, 1.0F);
-    sum += (x - y) * (x - y);
-  }
-  return std::sqrt(sum / static_cast<double>(a.pixels().size()));
 }
 
 // A plane 5 m away, which fills the left half of the frame: along the ray of a pixel at (x, y) on
@@ -153,7 +143,7 @@ TEST(Simulation, BoundHoldsTheTrueError) {
       spec.quality.max_error = target;
       spec.seed = seed;
       const Photograph picture = photograph(spec, scene);
-      const double error = rmse(picture.color, truth.color);
+      const double error = std::sqrt(mse_of(picture.color, truth.color));
       EXPECT_LE(picture.report.error.upper_95, target);
       inside += error <= picture.report.error.upper_95 ? 1 : 0;
       ++runs;
@@ -188,7 +178,7 @@ TEST(Simulation, PinholeIsTheLimitOfASmallAperture) {
   const Photograph pinhole = photograph(spec, scene);
   // The pupil moves rays by at most 25 nm: the images differ where such a shift changes a hit,
   // in next to no pixel.
-  EXPECT_LT(rmse(lens.color, pinhole.color), 1e-4);
+  EXPECT_LT(std::sqrt(mse_of(lens.color, pinhole.color)), 1e-4);
 }
 
 TEST(Simulation, ForcedSamplesAreRenderedExactly) {

@@ -297,15 +297,26 @@ TEST(Costs, TellTheProcessor) {
 
 TEST(Costs, AreAtMostWhatARenderMayTake) {
   const SimulationSpec spec = spec_of(900, 1e-6);
-  EXPECT_GT(server::CostModel(2).predict(spec, "scene").wall_s, 600.0);
-  EXPECT_EQ(server::CostModel(2, 600.0).predict(spec, "scene").wall_s, 600.0);
+  EXPECT_GT(server::CostModel(2).predict(spec, "scene").wall_s, 10.0);
+  EXPECT_EQ(server::CostModel(2, 10.0).predict(spec, "scene").wall_s, 10.0);
   SimulationSpec forced = spec;
   forced.quality.samples = 1'000'000;
-  EXPECT_GT(server::CostModel(2, 600.0).predict(forced, "scene").wall_s, 600.0) << "refused";
+  EXPECT_GT(server::CostModel(2, 10.0).predict(forced, "scene").wall_s, 10.0) << "refused";
 }
 
-// A scene whose glass forks is not taken for small before one render of it was made: small ones do
-// not wait for it.
+// Of an error that asks for more, most_samples is what a render takes.
+TEST(Costs, EndAtTheMostSamples) {
+  SimulationSpec spec = spec_of(900, 1e-6);
+  const api::CostPrediction all = server::CostModel(2).predict(spec, "scene");
+  EXPECT_NEAR(all.samples, 2e9, 1.0);
+  spec.quality.most_samples /= 4;
+  const api::CostPrediction quarter = server::CostModel(2).predict(spec, "scene");
+  EXPECT_NEAR(quarter.samples, 5e8, 1.0);
+  EXPECT_NEAR(quarter.cpu_s, all.cpu_s / 4.0, 1e-9 * all.cpu_s);
+}
+
+// A scene whose glass forks is not taken for small before one render of it was made: small ones
+// do not wait for it.
 TEST(Costs, UnknownScenesThatForkAreNotSmall) {
   HeldRenders renders;
   TestServer::Options options;
